@@ -1,0 +1,114 @@
+"""The tables hold together: numbers, ranges, defaults and texts."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tmcm34x.tmcl import axis_parameters, commands, datagram, global_parameters, mnemonic
+from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS
+from tmcm34x.tmcl.commands import COMMANDS, CONTROL_FUNCTIONS
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS
+from tmcm34x.tmcl.status import STATUS_TEXTS, Status
+
+int32 = st.integers(-(2**31), 2**31 - 1)
+byte = st.integers(0, 255)
+instructions = st.builds(Instruction, byte, byte, byte, int32)
+
+
+def test_command_numbers_and_mnemonics_are_unique_and_sorted():
+    numbers = [row.number for row in (*COMMANDS, *CONTROL_FUNCTIONS)]
+    assert len(set(numbers)) == len(numbers)
+    assert len(commands.BY_MNEMONIC) == len(COMMANDS)
+    assert not set(commands.FOREIGN_COMMANDS) & set(commands.BY_MNEMONIC)
+    assert not set(commands.FOREIGN_COMMANDS.values()) & set(numbers)
+
+
+def test_the_mnemonic_list_of_chapter_6_5_is_complete():
+    listed = (
+        "ROR ROL MST MVP SAP GAP STAP RSAP SGP GGP STGP RSGP RFS SIO GIO CALC COMP JC JA CSUB RSUB WAIT STOP "
+        "SAC SCO GCO CCO CALCX AAP AGP ACO CLE UF0 UF1 UF2 UF3 UF4 UF5 UF6 UF7"
+    )
+    assert set(listed.split()) == set(commands.BY_MNEMONIC)
+    assert [row.number for row in CONTROL_FUNCTIONS] == list(range(128, 140))
+
+
+def test_the_ascii_list_of_chapter_6_6_3_is_complete():
+    listed = "ROL ROR MST MVP SAP GAP STAP RSAP SGP GGP STGP RSGP RFS SIO GIO SAC SCO GCO CCO"
+    assert {row.mnemonic for row in COMMANDS if "ascii" in row.where} == {
+        *listed.split(),
+        *(f"UF{n}" for n in range(8)),
+    }
+
+
+@pytest.mark.parametrize("row", AXIS_PARAMETERS + GLOBAL_PARAMETERS, ids=lambda row: row.key)
+def test_a_parameter_row_is_sound(row):
+    assert row.low <= row.default <= row.high
+    assert set(row.access) <= set("RWE")
+    assert row.readable
+    assert row.meaning.endswith(".")
+    assert row.key.isidentifier()
+    assert all(row.low <= value <= row.high for value, _ in row.choices)
+
+
+def test_storable_axis_parameters_are_those_of_section_6_7_7():
+    stored = {4, 5, 6, 7, 12, 13, 130, 140, 149, 153, 154, 193, 194, 195, 203, 204, 205, 210, 211, 212, 214}
+    assert {row.number for row in AXIS_PARAMETERS if row.stored} == stored
+
+
+def test_readable_axis_parameters_are_those_of_section_6_7_6():
+    listed = {
+        *range(14), 130, 135, 138, 140, 149, 153, 154, 193, 194, 195, 196, *range(203, 207), *range(208, 215),
+    }  # fmt: skip
+    assert set(axis_parameters.BY_NUMBER) == listed
+
+
+def test_bank_0_holds_the_numbers_of_section_8_1():
+    listed = {
+        *range(39), *range(64, 72), *range(73, 78), 80, 81, 83, 84, 85, 128, 129, 130, 132, 133, 255,
+    }  # fmt: skip
+    assert {number for bank, number in global_parameters.BY_NUMBER if bank == 0} == listed
+    assert {number for bank, number in global_parameters.BY_NUMBER if bank == 2} == set(range(56))
+
+
+def test_a_342_lacks_currents_and_loads():
+    assert {row.number for row in AXIS_PARAMETERS if 342 not in row.models} == {
+        6, 7, 203, 204, 205, 206, 208, 211, 214,
+    }  # fmt: skip
+
+
+def test_every_status_has_a_text():
+    assert set(STATUS_TEXTS) == set(Status)
+
+
+@given(instructions)
+def test_any_instruction_survives_text_and_back(instruction):
+    assert mnemonic.parse_instruction(mnemonic.format_instruction(instruction)) == instruction
+
+
+@given(byte, instructions)
+def test_any_instruction_survives_a_telegram_and_back(address, instruction):
+    assert datagram.unpack_request(datagram.pack_request(address, instruction)) == (address, instruction)
+    assert datagram.unpack_record(datagram.pack_record(instruction)) == instruction
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("ROR 0", "needs 2 operands"),
+        ("MVP ABS, 1, 2, 3", "too many operands"),
+        ("FLY 1, 2", "unknown command FLY"),
+        ("CALCVX ADD, 1", "another firmware"),
+        ("SAP 4, 0, fast", "not a number: fast"),
+        ("SAP 4, 300, 1", "0..255"),
+        ("", "no command"),
+    ],
+)
+def test_a_wrong_line_says_what_is_wrong(line, message):
+    with pytest.raises(mnemonic.MnemonicError, match=message):
+        mnemonic.parse_instruction(line)
+
+
+@pytest.mark.parametrize("line", ["SAP, 4, 0, 996", "sap 4 0 996", " SAP  4,0 ,$3E4", "SAP 4, 0, %1111100100"])
+def test_blanks_commas_cases_and_bases_are_all_read(line):
+    assert mnemonic.parse_instruction(line) == Instruction(5, 4, 0, 996)
