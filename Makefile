@@ -1,0 +1,47 @@
+# The commands to remember: run, test, check, bench.  `make lock` renews the lock files.
+
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV   := .venv
+BIN    := $(VENV)/bin
+PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
+JOBS   ?= 2
+SETUP  := pyproject.toml $(wildcard hatch_build.py web/package-lock.json)
+
+.PHONY: run test check bench lock web clean
+
+run: $(VENV)/.run
+	$(BIN)/tmcm34x serve --pty --tcp 17000 --program examples/three_axes.tmc --run
+
+test: $(VENV)/.test
+	$(BIN)/pytest -n $(JOBS) --dist worksteal
+
+check: $(VENV)/.test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports
+	$(BIN)/pyright
+
+bench: $(VENV)/.test
+	for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
+
+$(VENV)/bin/python:
+	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed" if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -m venv $(VENV)
+
+# The package is installed in place; the build requirements come from the same lock file.
+$(VENV)/.run: requirements/run.txt $(SETUP) | $(VENV)/bin/python
+	$(PIP) install --require-hashes -r requirements/run.txt
+	$(PIP) install --no-deps --no-build-isolation -e .
+	touch $@
+
+$(VENV)/.test: requirements/test.txt $(VENV)/.run
+	$(PIP) install --require-hashes -r requirements/test.txt
+	touch $@
+
+COMPILE := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header --quiet
+lock:
+	$(COMPILE) --group build -o requirements/run.txt
+	$(COMPILE) --group build --group dev --extra can -o requirements/test.txt
+
+clean:
+	rm -rf $(VENV) build dist .pytest_cache .ruff_cache .hypothesis .benchmarks
