@@ -77,6 +77,51 @@ def test_a_342_lacks_currents_and_loads():
     }  # fmt: skip
 
 
+def test_positions_have_24_bits_and_variables_32():
+    for key in ("target_position", "actual_position"):
+        row = axis_parameters.BY_KEY[key]
+        assert (row.low, row.high) == (-8388608, 8388607)
+    assert axis_parameters.BY_KEY["end_switch_distance"].high == 8388607
+    variable = global_parameters.BY_KEY["user_variable_0"]
+    assert (variable.low, variable.high) == (-2147483648, 2147483647)
+
+
+def test_times_at_rest_count_ten_milliseconds():
+    for number in (204, 214):
+        assert axis_parameters.BY_NUMBER[number].unit == "10 ms"
+    assert axis_parameters.BY_NUMBER[214].default * 10 == 2000
+
+
+def test_rotation_takes_both_signs():
+    for mnemonic_ in ("ROR", "ROL"):
+        velocity = commands.BY_MNEMONIC[mnemonic_].operands[1]
+        assert (velocity.low, velocity.high) == (-2047, 2047)
+
+
+def test_conditions_and_flags_are_complete():
+    def words(name):
+        return [word for word, _ in commands.BY_MNEMONIC[name].operands[0].words]
+
+    assert words("JC") == ["ZE", "NZ", "EQ", "NE", "GT", "GE", "LT", "LE", "ETO", "EAL", "EDV", "EPO", "ESD"]
+    assert words("CLE") == ["ALL", "ETO", "EAL", "EDV", "EPO", "ESD"]
+    assert words("CALC") == ["ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR", "NOT", "LOAD"]
+    assert words("CALCX") == [*words("CALC"), "SWAP"]
+
+
+def test_a_surplus_number_fills_the_unused_field():
+    assert mnemonic.parse_instruction("GAP 1, 2, 77") == Instruction(6, 1, 2, 77)
+    assert mnemonic.parse_instruction("GIO 0, 2, 1") == Instruction(15, 0, 2, 1)
+    assert mnemonic.parse_instruction("COMP 5, 6, 7") == Instruction(20, 6, 7, 5)
+
+
+def test_factory_defaults_of_an_axis():
+    defaults = {row.number: row.default for row in AXIS_PARAMETERS if row.stored}
+    assert defaults == {
+        4: 1000, 5: 1000, 6: 128, 7: 8, 12: 0, 13: 0, 130: 1, 140: 6, 149: 0, 153: 7, 154: 3, 193: 1, 194: 0,
+        195: 0, 203: 2048, 204: 0, 205: 0, 210: 512, 211: 0, 212: 0, 214: 200,
+    }  # fmt: skip
+
+
 def test_every_status_has_a_text():
     assert set(STATUS_TEXTS) == set(Status)
 
@@ -109,6 +154,8 @@ def test_a_wrong_line_says_what_is_wrong(line, message):
         mnemonic.parse_instruction(line)
 
 
-@pytest.mark.parametrize("line", ["SAP, 4, 0, 996", "sap 4 0 996", " SAP  4,0 ,$3E4", "SAP 4, 0, %1111100100"])
+@pytest.mark.parametrize(
+    "line", ["SAP, 4, 0, 996", "sap 4 0 996", " SAP  4,0 ,$3E4", "SAP 4, 0, %1111100100"]
+)
 def test_blanks_commas_cases_and_bases_are_all_read(line):
     assert mnemonic.parse_instruction(line) == Instruction(5, 4, 0, 996)

@@ -1,0 +1,71 @@
+"""The rules of docs/architecture.md, checked."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+SOURCE = ROOT / "src" / "tmcm34x"
+BELOW_SERVER = ("clock.py", "tmcl", "chips", "world", "board", "firmware", "toolchain")
+
+
+def modules(*names: str) -> list[Path]:
+    found = [
+        path
+        for name in names
+        for path in ([SOURCE / name] if name.endswith(".py") else (SOURCE / name).rglob("*.py"))
+    ]
+    assert found
+    return found
+
+
+def test_imports_point_down_only():
+    linter = Path(sys.executable).with_name("lint-imports")
+    result = subprocess.run([linter, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout
+
+
+def test_nothing_below_the_server_opens_a_file():
+    for path in modules(*BELOW_SERVER):
+        calls = [
+            node.lineno
+            for node in ast.walk(ast.parse(path.read_text()))
+            if isinstance(node, ast.Call)
+            and (
+                (isinstance(node.func, ast.Name) and node.func.id in {"open", "print", "input"})
+                or (
+                    isinstance(node.func, ast.Attribute)
+                    and node.func.attr in {"read_text", "read_bytes", "write_bytes"}
+                )
+            )
+        ]
+        assert not calls, f"{path.relative_to(ROOT)} lines {calls}"
+
+
+def test_every_module_says_what_it_is():
+    for path in SOURCE.rglob("*.py"):
+        docstring = ast.get_docstring(ast.parse(path.read_text()))
+        assert docstring, f"{path.relative_to(ROOT)} has no docstring"
+        assert "TODO" not in docstring, path.relative_to(ROOT)
+
+
+def test_the_repository_stands_alone():
+    """No path of somebody's machine in what users get."""
+    for folder in ("src", "docs", "examples", "requirements", "benchmarks", "web", "editors"):
+        for path in (ROOT / folder).rglob("*"):
+            if path.suffix in {
+                ".py",
+                ".md",
+                ".toml",
+                ".tmc",
+                ".txt",
+                ".ts",
+                ".tsx",
+                ".json",
+                ".css",
+                ".html",
+            } and not ({"node_modules", "static"} & set(path.parts)):
+                text = path.read_text()
+                assert "../shared" not in text, path
+                assert "/work/" not in text, path
