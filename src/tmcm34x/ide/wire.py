@@ -1,0 +1,698 @@
+"""What the IDE's server and its page say to each other: the one definition.
+
+Text messages on the web socket are JSON.  The page sends a `Request` (a number and a call); the server
+answers each with `Answer` or `Refusal`, and sends further events when something happens by itself.  Binary
+messages are state frames: a mask byte, then for each set bit, lowest first, one group of `GROUPS` packed as its
+rows say, little-endian.  A group is sent only when it differs from what that page was last sent.
+
+`python -m tmcm34x.ide.typescript` writes `web/src/wire.ts` from this file; a test keeps it fresh.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Any, ClassVar, Final, Literal, NamedTuple, get_args
+
+import msgspec
+
+PROTOCOL: Final = 1
+"""Raised when a page built earlier would no longer understand the server."""
+
+MESSAGE_LIMIT: Final = 4 << 20
+"""Bytes of the largest message that the server reads; a larger one closes the web socket (code 1009)."""
+
+# ------------------------------------------------------------------------------------------------ state frames
+
+
+class Row(NamedTuple):
+    """One value of a state group: name, `struct` code, what it is."""
+
+    name: str
+    code: str
+    meaning: str
+
+
+class Group(NamedTuple):
+    """Values that are sent together."""
+
+    name: str
+    rows: tuple[Row, ...]
+
+    @property
+    def layout(self) -> struct.Struct:
+        """How the group is packed."""
+        return struct.Struct("<" + "".join(row.code for row in self.rows))
+
+
+_MOTOR: Final = (
+    Row("position", "i", "actual position [microsteps]"),
+    Row("target", "i", "target position [microsteps]"),
+    Row("speed", "h", "actual speed [velocity units]"),
+    Row("target_speed", "h", "target speed [velocity units]"),
+    Row("acceleration", "h", "actual acceleration [acceleration units]"),
+    Row("encoder", "i", "encoder position [encoder steps]"),
+    Row("flags", "H", "bits of MOTOR_FLAGS"),
+    Row("load", "B", "load value 0..7"),
+    Row("errors", "B", "driver error flags, axis parameter 208"),
+    Row("current", "B", "coil current now [1/255 of the module's maximum]"),
+    Row("mode", "B", "ramp mode, axis parameter 138"),
+    Row("search", "B", "reference search: state, 0 idle"),
+    Row("resolution", "B", "microstep resolution, axis parameter 140"),
+    Row("angle", "f", "rotor angle [rad], from the world where there is one, else from the position"),
+    Row("slip", "i", "full steps that the rotor is away from the coil field; 0 without a world"),
+)
+
+MOTOR_FLAGS: Final = ("left", "right", "home", "reached", "left_off", "right_off", "energised", "stalled")
+"""Bits of a motor's `flags`, lowest first: switches as the chip sees them, target reached, switches disabled,
+coils energised, stopped by stall detection."""
+
+GROUPS: Final = (
+    Group("time", (
+        Row("clock", "d", "virtual time in chip clocks; wall time of the sample on a real module"),
+        Row("speed", "f", "virtual seconds to a wall second, as reached"),
+        Row("asked", "f", "virtual seconds to a wall second, as asked; 0 is as fast as possible"),
+        Row("flags", "B", "bits of TIME_FLAGS"),
+    )),
+    Group("program", (
+        Row("state", "B", "0 stop, 1 run, 2 step, 3 reset (parameter 128)"),
+        Row("paused", "B", "1 while held by the debugger"),
+        Row("flags", "H", "bits of PROGRAM_FLAGS"),
+        Row("counter", "H", "address of the next instruction (parameter 130)"),
+        Row("depth", "B", "open CSUB calls"),
+        Row("accumulator", "i", "accumulator"),
+        Row("x", "i", "X register"),
+    )),
+    Group("motor0", _MOTOR),
+    Group("motor1", _MOTOR),
+    Group("motor2", _MOTOR),
+    Group("board", (
+        Row("inputs", "B", "digital inputs, bit 0 is input 0"),
+        Row("outputs", "B", "digital outputs"),
+        Row("shutdown", "B", "level of the SHUTDOWN pin"),
+        *(Row(f"analog{n}", "H", f"analogue input {n}, 0..1023") for n in range(8)),
+    )),
+)  # fmt: skip
+"""State groups; the index is the bit in the mask byte of a frame."""
+
+TIME_FLAGS: Final = ("paused", "powered", "plugged")
+PROGRAM_FLAGS: Final = ("zero", "equal", "lower", "greater", "eto", "eal", "edv", "epo", "esd", "downloading")
+WATCH_BIT: Final = 7
+"""Bit of the mask byte for the watched parameters: one signed 32-bit value each, in the order of `Watch`."""
+
+
+# ------------------------------------------------------------------------------------------------ shared shapes
+
+
+class Shape(msgspec.Struct):
+    """A record inside messages."""
+
+
+Severity = Literal["error", "warning", "information", "hint"]
+Source = Literal["virtual", "serial", "tcp"]
+
+
+class Choice(Shape):
+    """One named value of a parameter."""
+
+    value: int
+    text: str
+
+
+class Parameter(Shape):
+    """A row of the parameter tables; `bank` is -1 for an axis parameter."""
+
+    bank: int
+    number: int
+    key: str
+    name: str
+    access: str
+    low: int
+    high: int
+    default: int
+    unit: str
+    meaning: str
+    section: str
+    choices: list[Choice]
+
+
+class OperandShape(Shape):
+    """One operand of a command."""
+
+    name: str
+    field: Literal["type", "motor", "value"]
+    kind: str
+    low: int
+    high: int
+    words: list[Choice]
+    required: bool
+
+
+class CommandShape(Shape):
+    """A row of the command table."""
+
+    number: int
+    mnemonic: str
+    syntax: str
+    title: str
+    meaning: str
+    section: str
+    where: list[str]
+    operands: list[OperandShape]
+
+
+class ModelShape(Shape):
+    """What kind of module this is."""
+
+    number: int
+    name: str
+    version: str
+    max_current_ma: int
+    shutdown_pin: bool
+
+
+class Tables(Shape):
+    """The vocabulary, as the firmware and the assembler read it."""
+
+    commands: list[CommandShape]
+    control: list[CommandShape]
+    axis: list[Parameter]
+    globals: list[Parameter]
+    statuses: list[Choice]
+    foreign: list[str]
+    functions: list[str]
+    clock_hz: int
+    program_size: int
+    coordinates: int
+    stack_depth: int
+
+
+class Ability(Shape):
+    """What the page may offer with this module."""
+
+    bench: bool
+    """Switches, loads, pins and time can be set."""
+    debug: bool
+    """Breakpoints hold the program, registers can be read."""
+    peek: bool
+    """Every value is read without a telegram."""
+    language_server: bool
+
+
+class FileEntry(Shape):
+    """A file or folder below the opened one; `stamp` changes with its contents."""
+
+    path: str
+    folder: bool
+    size: int
+    stamp: str
+
+
+class FileText(Shape):
+    """A file's text; `newline` is how it ends its lines."""
+
+    path: str
+    text: str
+    stamp: str
+    newline: Literal["\n", "\r\n"]
+
+
+class Place(Shape):
+    """A place in a source file, from 1."""
+
+    path: str
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+
+
+class Problem(Shape):
+    """A diagnostic."""
+
+    place: Place
+    severity: Severity
+    code: str
+    text: str
+
+
+class ListingLine(Shape):
+    """One instruction of an assembled program and where it comes from; line 0 is nowhere."""
+
+    address: int
+    path: str
+    line: int
+    record: str
+    """Eight bytes of the program image, in hexadecimal."""
+    text: str
+
+
+class SymbolShape(Shape):
+    """A label or constant."""
+
+    name: str
+    kind: Literal["label", "constant"]
+    value: str
+
+
+class Listing(Shape):
+    """An assembled program; `identity` is the same for the same instructions."""
+
+    path: str
+    identity: str
+    lines: list[ListingLine]
+    symbols: list[SymbolShape]
+
+
+class Assembled(Shape):
+    """What the assembler says; `listing` is missing when there are errors."""
+
+    problems: list[Problem]
+    listing: Listing | None
+
+
+class Exchange(Shape):
+    """One command and its answer; status 0 is no answer in time."""
+
+    text: str
+    sent: str
+    received: str
+    status: int
+    value: int
+    meaning: str
+
+
+class Telegram(Shape):
+    """A line of the telegram log."""
+
+    number: int
+    clock: float
+    link: str
+    direction: Literal["in", "out"]
+    data: str
+    text: str
+    status: int
+    """Of a reply; 0 for a request."""
+
+
+class Breakpoint(Shape):
+    """A breakpoint at a source line; empty texts and 0 mean not set."""
+
+    path: str
+    line: int
+    condition: str = ""
+    hits: int = 0
+    log: str = ""
+
+
+class PlacedBreakpoint(Shape):
+    """Where a breakpoint came to lie: address -1 and a reason when nowhere."""
+
+    path: str
+    line: int
+    address: int
+    reason: str
+
+
+class Frame(Shape):
+    """An open CSUB call, innermost first."""
+
+    address: int
+    path: str
+    line: int
+
+
+class Watched(Shape):
+    """A parameter to be sent with the state; bank -1 is an axis parameter of `motor`."""
+
+    bank: int
+    number: int
+    motor: int
+
+
+class AxisWorld(Shape):
+    """What hangs on one motor: what the page cannot see in the chip."""
+
+    motor: str
+    load: float
+    """Load torque as a part of the motor's holding torque; above 1 it loses steps."""
+    faults: int
+    """Driver faults held on, bits of axis parameter 208."""
+    left_held: bool
+    right_held: bool
+    left_at: float | None
+    """Place of the left switch [microsteps], if the carriage moves it."""
+    right_at: float | None
+
+
+class World(Shape):
+    """The bench's settings that pages set and show."""
+
+    axes: list[AxisWorld]
+    address: str
+    bench: str
+
+
+class StoredValue(Shape):
+    """A value in the EEPROM."""
+
+    bank: int
+    number: int
+    motor: int
+    value: int
+
+
+class Eeprom(Shape):
+    """The module's EEPROM: the image in hexadecimal, and the settings in it."""
+
+    image: str
+    values: list[StoredValue]
+    file: str
+
+
+# ------------------------------------------------------------------------------------------------ calls
+
+
+class Call(msgspec.Struct, tag_field="call", forbid_unknown_fields=True):
+    """Something a page asks for; `returns` is the type of the answer's result."""
+
+    returns: ClassVar[Any] = None
+
+
+class ListFiles(Call, tag="list_files"):
+    """All files below the opened folder."""
+
+    returns: ClassVar[Any] = list[FileEntry]
+
+
+class ReadFile(Call, tag="read_file"):
+    """The text of one file."""
+
+    path: str
+    returns: ClassVar[Any] = FileText
+
+
+class WriteFile(Call, tag="write_file"):
+    """Save a text; refused with code `changed` when the file is no longer the one of `stamp`.
+
+    An empty `stamp` is a new file, `*` overwrites whatever is there.
+    """
+
+    path: str
+    text: str
+    stamp: str
+    newline: Literal["\n", "\r\n"] = "\n"
+    returns: ClassVar[Any] = FileEntry
+
+
+class RenameFile(Call, tag="rename_file"):
+    """Give a file another path; refused when that exists."""
+
+    path: str
+    to: str
+
+
+class DeleteFile(Call, tag="delete_file"):
+    """Remove one file."""
+
+    path: str
+
+
+class Assemble(Call, tag="assemble"):
+    """Assemble a file; `texts` are editor pages that stand before the files on disk."""
+
+    path: str
+    texts: dict[str, str] = {}
+    returns: ClassVar[Any] = Assembled
+
+
+class Download(Call, tag="download"):
+    """Assemble and, without errors, store the program in the module; then start it if asked."""
+
+    path: str
+    texts: dict[str, str] = {}
+    run: bool = False
+    returns: ClassVar[Any] = Assembled
+
+
+class Upload(Call, tag="upload"):
+    """Read the module's program memory and disassemble it."""
+
+    returns: ClassVar[Any] = str
+
+
+class ControlProgram(Call, tag="control_program"):
+    """Run from the start, continue, stop, step, reset, or pause in the debugger."""
+
+    action: Literal["run", "continue", "stop", "step", "step_over", "step_out", "reset", "pause"]
+
+
+class SetBreakpoints(Call, tag="set_breakpoints"):
+    """All breakpoints there are from now on."""
+
+    breakpoints: list[Breakpoint]
+    returns: ClassVar[Any] = list[PlacedBreakpoint]
+
+
+class ReadStack(Call, tag="read_stack"):
+    """Open CSUB calls, the present place first."""
+
+    returns: ClassVar[Any] = list[Frame]
+
+
+class Execute(Call, tag="execute"):
+    """Send one command to the module and wait for the answer."""
+
+    number: int
+    type: int = 0
+    motor: int = 0
+    value: int = 0
+    returns: ClassVar[Any] = Exchange
+
+
+class ExecuteText(Call, tag="execute_text"):
+    """Send one command, written as in a source file."""
+
+    line: str
+    returns: ClassVar[Any] = Exchange
+
+
+class ReadMany(Call, tag="read_many"):
+    """Read axis parameters, global parameters or coordinates without log lines; null where refused."""
+
+    items: list[Watched]
+    returns: ClassVar[Any] = list[int | None]
+
+
+class StopAll(Call, tag="stop_all"):
+    """Stop the program and all motors, along their ramps."""
+
+
+class Watch(Call, tag="watch"):
+    """Parameters to be sent with this page's state frames."""
+
+    items: list[Watched]
+
+
+class SetRate(Call, tag="set_rate"):
+    """State frames a second for this page; 0 while nobody looks."""
+
+    hz: int
+
+
+class FollowLog(Call, tag="follow_log"):
+    """Send this page the telegram log from now on, or no more."""
+
+    on: bool
+
+
+class SetBench(Call, tag="set_bench"):
+    """Change something on the virtual bench."""
+
+    what: Literal["left", "right", "input", "analog", "shutdown", "load", "fault", "line", "power"]
+    index: int
+    value: float
+
+
+class SetTime(Call, tag="set_time"):
+    """Pace of virtual time: `speed` 0 is as fast as possible; -1 leaves it."""
+
+    paused: bool
+    speed: float = -1
+
+
+class StepTime(Call, tag="step_time"):
+    """Let virtual time go on by so many milliseconds, and hold it."""
+
+    ms: float
+
+
+class ReadWorld(Call, tag="read_world"):
+    """What hangs on the module."""
+
+    returns: ClassVar[Any] = World
+
+
+class ReadEeprom(Call, tag="read_eeprom"):
+    """The EEPROM of a virtual module."""
+
+    returns: ClassVar[Any] = Eeprom
+
+
+class ExportSettings(Call, tag="export_settings"):
+    """All stored settings as text, for version control or for another module."""
+
+    format: Literal["tmcl", "toml"]
+    returns: ClassVar[Any] = str
+
+
+class ImportSettings(Call, tag="import_settings"):
+    """Set the parameters in a text of `export_settings`; the answers of all commands."""
+
+    text: str
+    returns: ClassVar[Any] = list[Exchange]
+
+
+class Ping(Call, tag="ping"):
+    """Nothing; the answer shows that the server lives."""
+
+
+AnyCall = (
+    ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile
+    | Assemble | Download | Upload | ControlProgram | SetBreakpoints | ReadStack
+    | Execute | ExecuteText | ReadMany | StopAll | Watch | SetRate | FollowLog
+    | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping
+)  # fmt: skip
+"""Everything a page may ask for."""
+
+CALLS: Final[tuple[type[Call], ...]] = get_args(AnyCall)
+Request = tuple[int, AnyCall]
+"""A numbered call: what the page sends."""
+
+
+# ------------------------------------------------------------------------------------------------ from the server
+
+
+class Event(msgspec.Struct, tag_field="event"):
+    """Something that the server says."""
+
+
+class Answer(Event, tag="answer"):
+    """A call has been done."""
+
+    id: int
+    result: Any = None
+
+
+class Refusal(Event, tag="refusal"):
+    """A call could not be done: `text` is for people, `code` for the page."""
+
+    id: int
+    code: str
+    text: str
+
+
+class Welcome(Event, tag="welcome"):
+    """First message to a page."""
+
+    protocol: int
+    product: str
+    folder: str
+    open: list[str]
+    """Files to show at first."""
+    source: Source
+    module: str
+    """Where the module is: a port, an address, or the bench's name."""
+    model: ModelShape
+    ability: Ability
+    tables: Tables
+    pages: int
+    """Windows that look at this module, with this one."""
+    listing: Listing | None
+    """The program that was last downloaded through this server."""
+    breakpoints: list[Breakpoint]
+
+
+class FilesChanged(Event, tag="files_changed"):
+    """The folder's contents now."""
+
+    files: list[FileEntry]
+
+
+class Loaded(Event, tag="loaded"):
+    """The module's program memory has a new program."""
+
+    listing: Listing | None
+
+
+class BreakpointsChanged(Event, tag="breakpoints_changed"):
+    """Another window changed the breakpoints."""
+
+    breakpoints: list[Breakpoint]
+
+
+class Paused(Event, tag="paused"):
+    """The debugger holds the program."""
+
+    reason: Literal["breakpoint", "step", "pause", "entry"]
+    address: int
+
+
+class Progress(Event, tag="progress"):
+    """A long call goes on; `done` equals `total` at its end."""
+
+    title: str
+    done: int
+    total: int
+
+
+class Telegrams(Event, tag="telegrams"):
+    """New lines of the telegram log; `dropped` lines before them were not kept."""
+
+    lines: list[Telegram]
+    dropped: int
+
+
+class Happened(Event, tag="happened"):
+    """Something to mark in plots: a program event, a switch, a stall."""
+
+    clock: float
+    kind: str
+    motor: int
+    text: str
+
+
+class WorldChanged(Event, tag="world_changed"):
+    """The bench's settings now."""
+
+    world: World
+
+
+class Link(Event, tag="link"):
+    """The connection to a real module came or went."""
+
+    up: bool
+    text: str
+
+
+class Output(Event, tag="output"):
+    """A line for people: what a log point or the server says."""
+
+    severity: Severity
+    text: str
+
+
+AnyEvent = (
+    Answer | Refusal | Welcome | FilesChanged | Loaded | BreakpointsChanged | Paused | Progress | Telegrams
+    | Happened | WorldChanged | Link | Output
+)  # fmt: skip
+"""Everything that the server may send as text."""
+
+EVENTS: Final[tuple[type[Event], ...]] = get_args(AnyEvent)
+
+
+class RefusalError(Exception):
+    """A call that cannot be done; becomes a `Refusal`."""
+
+    def __init__(self, code: str, text: str) -> None:
+        super().__init__(text)
+        self.code = code

@@ -1,0 +1,694 @@
+// Written by `python -m tmcm34x.ide.typescript` from src/tmcm34x/ide/wire.py: change that, not this.
+
+export const PROTOCOL = 1;
+export const WATCH_BIT = 7;
+export const MOTOR_FLAGS = { left: 1, right: 2, home: 4, reached: 8, left_off: 16, right_off: 32, energised: 64, stalled: 128 } as const;
+export const TIME_FLAGS = { paused: 1, powered: 2, plugged: 4 } as const;
+export const PROGRAM_FLAGS = { zero: 1, equal: 2, lower: 4, greater: 8, eto: 16, eal: 32, edv: 64, epo: 128, esd: 256, downloading: 512 } as const;
+
+export interface TimeState {
+    /** virtual time in chip clocks; wall time of the sample on a real module */
+    clock: number;
+    /** virtual seconds to a wall second, as reached */
+    speed: number;
+    /** virtual seconds to a wall second, as asked; 0 is as fast as possible */
+    asked: number;
+    /** bits of TIME_FLAGS */
+    flags: number;
+}
+
+export const readTime = (view: DataView, at: number): TimeState => ({
+    clock: view.getFloat64(at + 0, true),
+    speed: view.getFloat32(at + 8, true),
+    asked: view.getFloat32(at + 12, true),
+    flags: view.getUint8(at + 16),
+});
+
+export interface ProgramState {
+    /** 0 stop, 1 run, 2 step, 3 reset (parameter 128) */
+    state: number;
+    /** 1 while held by the debugger */
+    paused: number;
+    /** bits of PROGRAM_FLAGS */
+    flags: number;
+    /** address of the next instruction (parameter 130) */
+    counter: number;
+    /** open CSUB calls */
+    depth: number;
+    /** accumulator */
+    accumulator: number;
+    /** X register */
+    x: number;
+}
+
+export const readProgram = (view: DataView, at: number): ProgramState => ({
+    state: view.getUint8(at + 0),
+    paused: view.getUint8(at + 1),
+    flags: view.getUint16(at + 2, true),
+    counter: view.getUint16(at + 4, true),
+    depth: view.getUint8(at + 6),
+    accumulator: view.getInt32(at + 7, true),
+    x: view.getInt32(at + 11, true),
+});
+
+export interface MotorState {
+    /** actual position [microsteps] */
+    position: number;
+    /** target position [microsteps] */
+    target: number;
+    /** actual speed [velocity units] */
+    speed: number;
+    /** target speed [velocity units] */
+    target_speed: number;
+    /** actual acceleration [acceleration units] */
+    acceleration: number;
+    /** encoder position [encoder steps] */
+    encoder: number;
+    /** bits of MOTOR_FLAGS */
+    flags: number;
+    /** load value 0..7 */
+    load: number;
+    /** driver error flags, axis parameter 208 */
+    errors: number;
+    /** coil current now [1/255 of the module's maximum] */
+    current: number;
+    /** ramp mode, axis parameter 138 */
+    mode: number;
+    /** reference search: state, 0 idle */
+    search: number;
+    /** microstep resolution, axis parameter 140 */
+    resolution: number;
+    /** rotor angle [rad], from the world where there is one, else from the position */
+    angle: number;
+    /** full steps that the rotor is away from the coil field; 0 without a world */
+    slip: number;
+}
+
+export const readMotor = (view: DataView, at: number): MotorState => ({
+    position: view.getInt32(at + 0, true),
+    target: view.getInt32(at + 4, true),
+    speed: view.getInt16(at + 8, true),
+    target_speed: view.getInt16(at + 10, true),
+    acceleration: view.getInt16(at + 12, true),
+    encoder: view.getInt32(at + 14, true),
+    flags: view.getUint16(at + 18, true),
+    load: view.getUint8(at + 20),
+    errors: view.getUint8(at + 21),
+    current: view.getUint8(at + 22),
+    mode: view.getUint8(at + 23),
+    search: view.getUint8(at + 24),
+    resolution: view.getUint8(at + 25),
+    angle: view.getFloat32(at + 26, true),
+    slip: view.getInt32(at + 30, true),
+});
+
+export interface BoardState {
+    /** digital inputs, bit 0 is input 0 */
+    inputs: number;
+    /** digital outputs */
+    outputs: number;
+    /** level of the SHUTDOWN pin */
+    shutdown: number;
+    /** analogue input 0, 0..1023 */
+    analog0: number;
+    /** analogue input 1, 0..1023 */
+    analog1: number;
+    /** analogue input 2, 0..1023 */
+    analog2: number;
+    /** analogue input 3, 0..1023 */
+    analog3: number;
+    /** analogue input 4, 0..1023 */
+    analog4: number;
+    /** analogue input 5, 0..1023 */
+    analog5: number;
+    /** analogue input 6, 0..1023 */
+    analog6: number;
+    /** analogue input 7, 0..1023 */
+    analog7: number;
+}
+
+export const readBoard = (view: DataView, at: number): BoardState => ({
+    inputs: view.getUint8(at + 0),
+    outputs: view.getUint8(at + 1),
+    shutdown: view.getUint8(at + 2),
+    analog0: view.getUint16(at + 3, true),
+    analog1: view.getUint16(at + 5, true),
+    analog2: view.getUint16(at + 7, true),
+    analog3: view.getUint16(at + 9, true),
+    analog4: view.getUint16(at + 11, true),
+    analog5: view.getUint16(at + 13, true),
+    analog6: view.getUint16(at + 15, true),
+    analog7: view.getUint16(at + 17, true),
+});
+
+export type GroupState = TimeState | ProgramState | MotorState | BoardState;
+export const GROUPS: readonly { name: string; size: number;
+    read: (view: DataView, at: number) => GroupState }[] = [
+    { name: "time", size: 17, read: readTime },
+    { name: "program", size: 15, read: readProgram },
+    { name: "motor0", size: 34, read: readMotor },
+    { name: "motor1", size: 34, read: readMotor },
+    { name: "motor2", size: 34, read: readMotor },
+    { name: "board", size: 19, read: readBoard },
+];
+
+/** Reads a state frame and gives each group in it to `take`; watched parameters go to `takeWatched`. */
+export function readFrame(data: ArrayBuffer, take: (index: number, group: GroupState) => void,
+    takeWatched: (values: number[]) => void): void {
+    const view = new DataView(data);
+    const mask = view.getUint8(0);
+    let at = 1;
+    for (let index = 0; index < GROUPS.length; index++) {
+        if (!(mask & (1 << index))) continue;
+        const group = GROUPS[index]!;
+        take(index, group.read(view, at));
+        at += group.size;
+    }
+    if (mask & (1 << WATCH_BIT)) {
+        const values: number[] = [];
+        for (; at < data.byteLength; at += 4) values.push(view.getInt32(at, true));
+        takeWatched(values);
+    }
+}
+
+/** One named value of a parameter. */
+export interface Choice {
+    value: number;
+    text: string;
+}
+
+/** A row of the parameter tables; `bank` is -1 for an axis parameter. */
+export interface Parameter {
+    bank: number;
+    number: number;
+    key: string;
+    name: string;
+    access: string;
+    low: number;
+    high: number;
+    default: number;
+    unit: string;
+    meaning: string;
+    section: string;
+    choices: Choice[];
+}
+
+/** One operand of a command. */
+export interface OperandShape {
+    name: string;
+    field: "motor" | "type" | "value";
+    kind: string;
+    low: number;
+    high: number;
+    words: Choice[];
+    required: boolean;
+}
+
+/** A row of the command table. */
+export interface CommandShape {
+    number: number;
+    mnemonic: string;
+    syntax: string;
+    title: string;
+    meaning: string;
+    section: string;
+    where: string[];
+    operands: OperandShape[];
+}
+
+/** What kind of module this is. */
+export interface ModelShape {
+    number: number;
+    name: string;
+    version: string;
+    max_current_ma: number;
+    shutdown_pin: boolean;
+}
+
+/** The vocabulary, as the firmware and the assembler read it. */
+export interface Tables {
+    commands: CommandShape[];
+    control: CommandShape[];
+    axis: Parameter[];
+    globals: Parameter[];
+    statuses: Choice[];
+    foreign: string[];
+    functions: string[];
+    clock_hz: number;
+    program_size: number;
+    coordinates: number;
+    stack_depth: number;
+}
+
+/** What the page may offer with this module. */
+export interface Ability {
+    bench: boolean;
+    debug: boolean;
+    peek: boolean;
+    language_server: boolean;
+}
+
+/** A file or folder below the opened one; `stamp` changes with its contents. */
+export interface FileEntry {
+    path: string;
+    folder: boolean;
+    size: number;
+    stamp: string;
+}
+
+/** A file's text; `newline` is how it ends its lines. */
+export interface FileText {
+    path: string;
+    text: string;
+    stamp: string;
+    newline: "\n" | "\r\n";
+}
+
+/** A place in a source file, from 1. */
+export interface Place {
+    path: string;
+    line: number;
+    column: number;
+    end_line: number;
+    end_column: number;
+}
+
+/** A diagnostic. */
+export interface Problem {
+    place: Place;
+    severity: "error" | "hint" | "information" | "warning";
+    code: string;
+    text: string;
+}
+
+/** One instruction of an assembled program and where it comes from; line 0 is nowhere. */
+export interface ListingLine {
+    address: number;
+    path: string;
+    line: number;
+    record: string;
+    text: string;
+}
+
+/** A label or constant. */
+export interface SymbolShape {
+    name: string;
+    kind: "constant" | "label";
+    value: string;
+}
+
+/** An assembled program; `identity` is the same for the same instructions. */
+export interface Listing {
+    path: string;
+    identity: string;
+    lines: ListingLine[];
+    symbols: SymbolShape[];
+}
+
+/** What the assembler says; `listing` is missing when there are errors. */
+export interface Assembled {
+    problems: Problem[];
+    listing: Listing | null;
+}
+
+/** One command and its answer; status 0 is no answer in time. */
+export interface Exchange {
+    text: string;
+    sent: string;
+    received: string;
+    status: number;
+    value: number;
+    meaning: string;
+}
+
+/** A line of the telegram log. */
+export interface Telegram {
+    number: number;
+    clock: number;
+    link: string;
+    direction: "in" | "out";
+    data: string;
+    text: string;
+    status: number;
+}
+
+/** A breakpoint at a source line; empty texts and 0 mean not set. */
+export interface Breakpoint {
+    path: string;
+    line: number;
+    condition: string;
+    hits: number;
+    log: string;
+}
+
+/** Where a breakpoint came to lie: address -1 and a reason when nowhere. */
+export interface PlacedBreakpoint {
+    path: string;
+    line: number;
+    address: number;
+    reason: string;
+}
+
+/** An open CSUB call, innermost first. */
+export interface Frame {
+    address: number;
+    path: string;
+    line: number;
+}
+
+/** A parameter to be sent with the state; bank -1 is an axis parameter of `motor`. */
+export interface Watched {
+    bank: number;
+    number: number;
+    motor: number;
+}
+
+/** What hangs on one motor: what the page cannot see in the chip. */
+export interface AxisWorld {
+    motor: string;
+    load: number;
+    faults: number;
+    left_held: boolean;
+    right_held: boolean;
+    left_at: number | null;
+    right_at: number | null;
+}
+
+/** The bench's settings that pages set and show. */
+export interface World {
+    axes: AxisWorld[];
+    address: string;
+    bench: string;
+}
+
+/** A value in the EEPROM. */
+export interface StoredValue {
+    bank: number;
+    number: number;
+    motor: number;
+    value: number;
+}
+
+/** The module's EEPROM: the image in hexadecimal, and the settings in it. */
+export interface Eeprom {
+    image: string;
+    values: StoredValue[];
+    file: string;
+}
+
+/** All files below the opened folder. */
+export interface ListFiles {
+    call: "list_files";
+}
+
+/** The text of one file. */
+export interface ReadFile {
+    call: "read_file";
+    path: string;
+}
+
+/** Save a text; refused with code `changed` when the file is no longer the one of `stamp`. An empty `stamp` is a new file, `*` overwrites whatever is there. */
+export interface WriteFile {
+    call: "write_file";
+    path: string;
+    text: string;
+    stamp: string;
+    newline?: "\n" | "\r\n";
+}
+
+/** Give a file another path; refused when that exists. */
+export interface RenameFile {
+    call: "rename_file";
+    path: string;
+    to: string;
+}
+
+/** Remove one file. */
+export interface DeleteFile {
+    call: "delete_file";
+    path: string;
+}
+
+/** Assemble a file; `texts` are editor pages that stand before the files on disk. */
+export interface Assemble {
+    call: "assemble";
+    path: string;
+    texts?: Record<string, string>;
+}
+
+/** Assemble and, without errors, store the program in the module; then start it if asked. */
+export interface Download {
+    call: "download";
+    path: string;
+    texts?: Record<string, string>;
+    run?: boolean;
+}
+
+/** Read the module's program memory and disassemble it. */
+export interface Upload {
+    call: "upload";
+}
+
+/** Run from the start, continue, stop, step, reset, or pause in the debugger. */
+export interface ControlProgram {
+    call: "control_program";
+    action: "continue" | "pause" | "reset" | "run" | "step" | "step_out" | "step_over" | "stop";
+}
+
+/** All breakpoints there are from now on. */
+export interface SetBreakpoints {
+    call: "set_breakpoints";
+    breakpoints: Breakpoint[];
+}
+
+/** Open CSUB calls, the present place first. */
+export interface ReadStack {
+    call: "read_stack";
+}
+
+/** Send one command to the module and wait for the answer. */
+export interface Execute {
+    call: "execute";
+    number: number;
+    type?: number;
+    motor?: number;
+    value?: number;
+}
+
+/** Send one command, written as in a source file. */
+export interface ExecuteText {
+    call: "execute_text";
+    line: string;
+}
+
+/** Read axis parameters, global parameters or coordinates without log lines; null where refused. */
+export interface ReadMany {
+    call: "read_many";
+    items: Watched[];
+}
+
+/** Stop the program and all motors, along their ramps. */
+export interface StopAll {
+    call: "stop_all";
+}
+
+/** Parameters to be sent with this page's state frames. */
+export interface Watch {
+    call: "watch";
+    items: Watched[];
+}
+
+/** State frames a second for this page; 0 while nobody looks. */
+export interface SetRate {
+    call: "set_rate";
+    hz: number;
+}
+
+/** Send this page the telegram log from now on, or no more. */
+export interface FollowLog {
+    call: "follow_log";
+    on: boolean;
+}
+
+/** Change something on the virtual bench. */
+export interface SetBench {
+    call: "set_bench";
+    what: "analog" | "fault" | "input" | "left" | "line" | "load" | "power" | "right" | "shutdown";
+    index: number;
+    value: number;
+}
+
+/** Pace of virtual time: `speed` 0 is as fast as possible; -1 leaves it. */
+export interface SetTime {
+    call: "set_time";
+    paused: boolean;
+    speed?: number;
+}
+
+/** Let virtual time go on by so many milliseconds, and hold it. */
+export interface StepTime {
+    call: "step_time";
+    ms: number;
+}
+
+/** What hangs on the module. */
+export interface ReadWorld {
+    call: "read_world";
+}
+
+/** The EEPROM of a virtual module. */
+export interface ReadEeprom {
+    call: "read_eeprom";
+}
+
+/** All stored settings as text, for version control or for another module. */
+export interface ExportSettings {
+    call: "export_settings";
+    format: "tmcl" | "toml";
+}
+
+/** Set the parameters in a text of `export_settings`; the answers of all commands. */
+export interface ImportSettings {
+    call: "import_settings";
+    text: string;
+}
+
+/** Nothing; the answer shows that the server lives. */
+export interface Ping {
+    call: "ping";
+}
+
+export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | ControlProgram | SetBreakpoints | ReadStack | Execute | ExecuteText | ReadMany | StopAll | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
+
+/** The type of the answer's result, by call. */
+export interface Results {
+    list_files: FileEntry[];
+    read_file: FileText;
+    write_file: FileEntry;
+    rename_file: null;
+    delete_file: null;
+    assemble: Assembled;
+    download: Assembled;
+    upload: string;
+    control_program: null;
+    set_breakpoints: PlacedBreakpoint[];
+    read_stack: Frame[];
+    execute: Exchange;
+    execute_text: Exchange;
+    read_many: (number | null)[];
+    stop_all: null;
+    watch: null;
+    set_rate: null;
+    follow_log: null;
+    set_bench: null;
+    set_time: null;
+    step_time: null;
+    read_world: World;
+    read_eeprom: Eeprom;
+    export_settings: string;
+    import_settings: Exchange[];
+    ping: null;
+}
+
+/** A call has been done. */
+export interface Answer {
+    event: "answer";
+    id: number;
+    result: unknown;
+}
+
+/** A call could not be done: `text` is for people, `code` for the page. */
+export interface Refusal {
+    event: "refusal";
+    id: number;
+    code: string;
+    text: string;
+}
+
+/** First message to a page. */
+export interface Welcome {
+    event: "welcome";
+    protocol: number;
+    product: string;
+    folder: string;
+    open: string[];
+    source: "serial" | "tcp" | "virtual";
+    module: string;
+    model: ModelShape;
+    ability: Ability;
+    tables: Tables;
+    pages: number;
+    listing: Listing | null;
+    breakpoints: Breakpoint[];
+}
+
+/** The folder's contents now. */
+export interface FilesChanged {
+    event: "files_changed";
+    files: FileEntry[];
+}
+
+/** The module's program memory has a new program. */
+export interface Loaded {
+    event: "loaded";
+    listing: Listing | null;
+}
+
+/** Another window changed the breakpoints. */
+export interface BreakpointsChanged {
+    event: "breakpoints_changed";
+    breakpoints: Breakpoint[];
+}
+
+/** The debugger holds the program. */
+export interface Paused {
+    event: "paused";
+    reason: "breakpoint" | "entry" | "pause" | "step";
+    address: number;
+}
+
+/** A long call goes on; `done` equals `total` at its end. */
+export interface Progress {
+    event: "progress";
+    title: string;
+    done: number;
+    total: number;
+}
+
+/** New lines of the telegram log; `dropped` lines before them were not kept. */
+export interface Telegrams {
+    event: "telegrams";
+    lines: Telegram[];
+    dropped: number;
+}
+
+/** Something to mark in plots: a program event, a switch, a stall. */
+export interface Happened {
+    event: "happened";
+    clock: number;
+    kind: string;
+    motor: number;
+    text: string;
+}
+
+/** The bench's settings now. */
+export interface WorldChanged {
+    event: "world_changed";
+    world: World;
+}
+
+/** The connection to a real module came or went. */
+export interface Link {
+    event: "link";
+    up: boolean;
+    text: string;
+}
+
+/** A line for people: what a log point or the server says. */
+export interface Output {
+    event: "output";
+    severity: "error" | "hint" | "information" | "warning";
+    text: string;
+}
+
+export type ServerEvent = Answer | Refusal | Welcome | FilesChanged | Loaded | BreakpointsChanged | Paused | Progress | Telegrams | Happened | WorldChanged | Link | Output;
