@@ -1,0 +1,433 @@
+"""Source text to instructions, with everything an editor, a listing or a debugger wants to know.
+
+Two passes: the first walks the lines and the files they include, gives addresses to instructions and values
+to names; the second fills the instructions in.  Both go on after mistakes, so `Assembly.diagnostics` has all
+of them.  Files are read by the caller's `include` function alone.
+
+What a line means comes from the rows of `tmcl.commands`: operands, words, fields, spare fields.  Whatever the
+eight bytes of an instruction can hold assembles; what the module will not like is the linter's business.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Final, Literal, NamedTuple
+
+from tmcm34x.tmcl.commands import BY_MNEMONIC, CALC_TYPES, FOREIGN_COMMANDS, PROGRAM_SIZE
+from tmcm34x.tmcl.commands import Command as Row
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.toolchain.diagnostics import Diagnostic, Location, has_errors, shown
+from tmcm34x.toolchain.expressions import FUNCTIONS, Expression, ExpressionError, evaluate
+from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Line, parse_line
+from tmcm34x.toolchain.tokens import Token, split_lines
+
+IncludeReader = Callable[[str, str], tuple[str, str]]
+"""Called with a file as an `#include` names it and with the name of the including file; returns the full
+name and the text of the file.  An `OSError` or `ValueError` becomes a diagnostic."""
+
+INCLUDE_DEPTH: Final = 32
+_SUGGESTIONS: Final = 50
+"""Misspelt names of one text that get a suggestion: looking for one takes a while."""
+
+_FIELDS: Final = {"type": 0, "motor": 1, "value": 2}
+_CALC_NOT: Final = float(dict(CALC_TYPES)["NOT"])
+_DATA_FIELDS: Final = ("number", "type", "motor", "value")
+
+
+@dataclass(slots=True)
+class Symbol:
+    """A label or a constant: its value, and where it stands in the sources."""
+
+    name: str
+    kind: Literal["label", "constant"]
+    value: float
+    definition: Location
+    references: list[Location] = field(default_factory=list[Location])
+    comment: str = ""
+
+
+class Code(NamedTuple):
+    """One address of the program.
+
+    row: of the command; None for a DATA line or where the mnemonic is wrong
+    instruction: None where the line has mistakes
+    location: of the command without its labels and comment
+    """
+
+    row: Row | None
+    instruction: Instruction | None
+    location: Location
+    line: Line
+
+
+class Assembly(NamedTuple):
+    """What `assemble` found.
+
+    code: one entry an address, also where lines have mistakes
+    symbols: by upper-case name
+    sources: the lines of each file, by its name, in the order of reading
+    lines: each file's parsed lines, by its name
+    """
+
+    file: str
+    code: tuple[Code, ...]
+    symbols: Mapping[str, Symbol]
+    diagnostics: tuple[Diagnostic, ...]
+    sources: Mapping[str, list[str]]
+    lines: Mapping[str, list[Line]]
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is a program."""
+        return not has_errors(self.diagnostics)
+
+    @property
+    def program(self) -> tuple[Instruction, ...]:
+        """The instructions; none at all when there are errors."""
+        if not self.ok:
+            return ()
+        return tuple(code.instruction for code in self.code if code.instruction is not None)
+
+    @property
+    def source_map(self) -> tuple[Location, ...]:
+        """Where the command of each address stands."""
+        return tuple(code.location for code in self.code)
+
+    @property
+    def labels(self) -> dict[str, int]:
+        """The address of each label, by its name as defined."""
+        return {s.name: int(s.value) for s in self.symbols.values() if s.kind == "label"}
+
+
+def no_includes(name: str, _from: str) -> tuple[str, str]:
+    """The `include` function of a text that stands alone."""
+    raise FileNotFoundError(f"no include files here: {name}")
+
+
+def assemble(
+    text: str,
+    file_name: str = "program.tmc",
+    include: IncludeReader = no_includes,
+    *,
+    append_stop: bool = False,
+) -> Assembly:
+    """The program in `text`.
+
+    file_name: how diagnostics and the source map call it; the `include` function gets it too
+    append_stop: puts a STOP at the end unless the last instruction is one
+    """
+    return _Assembler(include).run(text, file_name, append_stop)
+
+
+class _Shape(NamedTuple):
+    """A row of the command table as the second pass wants it."""
+
+    row: Row
+    fields: tuple[int, ...]
+    """Of operands and spare numbers, in source order."""
+    words: tuple[Mapping[str, float] | None, ...]
+    addresses: tuple[bool, ...]
+    required: int
+
+
+def _shape(row: Row) -> _Shape:
+    spare = len(row.spare)
+    return _Shape(
+        row,
+        tuple(_FIELDS[name] for name in (*(o.field for o in row.operands), *row.spare)),
+        (*(MappingProxyType({w: float(n) for w, n in o.words}) if o.words else None for o in row.operands),
+         *(None,) * spare),
+        (*(o.kind == "address" for o in row.operands), *(False,) * spare),
+        sum(o.required for o in row.operands),
+    )  # fmt: skip
+
+
+_SHAPES: Final = MappingProxyType({mnemonic: _shape(row) for mnemonic, row in BY_MNEMONIC.items()})
+
+
+class _Pending(NamedTuple):
+    """An instruction between the passes."""
+
+    statement: Command | Data
+    file: str
+    number: int
+    line: Line
+
+
+class _Assembler:
+    def __init__(self, include: IncludeReader) -> None:
+        self.include = include
+        self.diagnostics: list[Diagnostic] = []
+        self.symbols: dict[str, Symbol] = {}
+        self.pending: list[_Pending] = []
+        self.sources: dict[str, list[str]] = {}
+        self.lines: dict[str, list[Line]] = {}
+        self.open_files: list[str] = []
+        self.suggestions = _SUGGESTIONS
+        self.file = ""
+        self.number = 0
+
+    def run(self, text: str, file_name: str, append_stop: bool) -> Assembly:
+        self.walk(file_name, text)
+        code = [self.encode(item) for item in self.pending]
+        if append_stop and not (code and code[-1].row is _STOP):
+            code.append(self.appended_stop(file_name))
+        if len(code) > PROGRAM_SIZE:
+            text = f"the program has {len(code)} instructions; the memory takes {PROGRAM_SIZE}"
+            self.diagnostics.append(Diagnostic(code[PROGRAM_SIZE].location, "error", "E601", text))
+        order = {name: index for index, name in enumerate(self.sources)}
+        self.diagnostics.sort(key=lambda item: (order[item.location.file], *item.location[1:]))
+        return Assembly(
+            file_name, tuple(code), self.symbols, tuple(self.diagnostics), self.sources, self.lines
+        )
+
+    # First pass
+
+    def walk(self, file_name: str, text: str) -> None:
+        self.sources[file_name] = texts = split_lines(text)
+        self.lines[file_name] = lines = list(map(parse_line, texts))
+        self.open_files.append(file_name)
+        self.file = file_name
+        for number, line in enumerate(lines, 1):
+            self.number = number
+            for problem in line.problems:
+                self.report(*problem)
+            for label in line.labels:
+                self.define(label, "label", len(self.pending), line)
+            statement = line.statement
+            if statement is None:
+                continue
+            if isinstance(statement, Constant):
+                self.constant(statement, line)
+            elif isinstance(statement, Include):
+                self.include_file(statement)
+                self.file = file_name
+            else:
+                self.pending.append(_Pending(statement, file_name, number, line))
+        self.open_files.pop()
+
+    def include_file(self, statement: Include) -> None:
+        start, end, name = statement.start, statement.end, shown(statement.file)
+        if len(self.open_files) > INCLUDE_DEPTH:
+            self.report("E503", start, end, f"more than {INCLUDE_DEPTH} files include each other here")
+            return
+        try:
+            full_name, text = self.include(statement.file, self.file)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            self.report("E501", start, end, f"cannot read {name}: {shown(reason)}")
+            return
+        if full_name in self.open_files:
+            self.report("E502", start, end, f"{name} includes itself")
+        elif full_name not in self.sources:
+            self.walk(full_name, text)
+
+    def constant(self, statement: Constant, line: Line) -> None:
+        value = 0.0
+        if statement.value is not None:
+            try:
+                value = evaluate(statement.value, self.earlier_constant)
+            except ExpressionError as error:
+                self.report(error.code, error.start, error.end, error.text)
+        self.define(statement.name, "constant", value, line)
+
+    def earlier_constant(self, name: Token) -> float:
+        symbol = self.symbols.get(name.text.upper())
+        if symbol is None:
+            suggestion = self.suggestion(name.text, self.symbols)
+            raise ExpressionError(
+                "E303", name.start, name.end, f"{shown(name.text)} is not defined above this line{suggestion}"
+            )
+        return self.constant_value(name, symbol)
+
+    def define(self, name: Token, kind: Literal["label", "constant"], value: float, line: Line) -> None:
+        key = name.text.upper()
+        known = self.symbols.get(key)
+        if known is not None:
+            place = known.definition
+            where = f"line {place.line}" if place.file == self.file else f"{place.file}, line {place.line}"
+            self.report(
+                "E302", name.start, name.end, f"{shown(name.text)} is already a {known.kind} ({where})"
+            )
+            return
+        comment = line.comment.text.lstrip("/! \t").rstrip() if line.comment is not None else ""
+        self.symbols[key] = Symbol(
+            name.text, kind, value, self.location(name.start, name.end), comment=comment
+        )
+
+    # Second pass
+
+    def encode(self, item: _Pending) -> Code:
+        statement, self.file, self.number, line = item
+        if isinstance(statement, Data):
+            location = self.location(statement.keyword.start, statement.end)
+            return Code(None, self.data(statement), location, line)
+        mnemonic = statement.mnemonic
+        location = Location(self.file, self.number, mnemonic.start + 1, statement.end + 1)
+        shape = _SHAPES.get(mnemonic.text.upper())
+        if shape is None:
+            self.unknown_command(statement)
+            return Code(None, None, location, line)
+        return Code(shape.row, self.command(statement, shape), location, line)
+
+    def command(self, statement: Command, shape: _Shape) -> Instruction | None:
+        operands = statement.operands
+        count = len(operands)
+        if not shape.required <= count <= len(shape.fields) and not self.right_count(statement, shape):
+            return None
+        fields = [0, 0, 0]
+        good = True
+        for index, operand in enumerate(operands):
+            if operand is None:
+                good = False
+                continue
+            words = shape.words[index]
+            target = shape.fields[index]
+            value = (
+                self.word(operand, words, shape.row)
+                if words is not None
+                else self.integer(operand, target, shape.addresses[index])
+            )
+            if value is None:
+                good = False
+            else:
+                fields[target] = value
+        return Instruction(shape.row.number, *fields) if good else None
+
+    def right_count(self, statement: Command, shape: _Shape) -> bool:
+        """Whether another number of operands than the row's is still right; reports when not."""
+        row, operands, mnemonic = shape.row, statement.operands, statement.mnemonic
+        if len(operands) > len(shape.fields):
+            extra = operands[len(shape.fields)]
+            start, end = (extra.start, statement.end) if extra else (mnemonic.start, statement.end)
+            self.report("E204", start, end, f"too many operands for {row.mnemonic}: {row.syntax}")
+            return False
+        first = operands[0] if operands else None
+        if row is _CALC and first is not None and first.name is not None and first.name.text.upper() == "NOT":
+            return True
+        if operands and operands[-1] is None:
+            return False
+        missing = row.operands[len(operands)].name
+        self.report("E203", mnemonic.start, statement.end, f"{row.mnemonic} needs a {missing}: {row.syntax}")
+        return False
+
+    def word(self, operand: Expression, words: Mapping[str, float], row: Row) -> int | None:
+        name = operand.name
+        if name is not None:
+            number = words.get(name.text.upper())
+            if number is not None:
+                return int(number)
+        text = name.text if name is not None else ""
+        suggestion = self.suggestion(text, words) if text else ""
+        expected = ", ".join(words)
+        self.report(
+            "E205", operand.start, operand.end, f"{row.mnemonic} takes one of {expected} here{suggestion}"
+        )
+        return None
+
+    def integer(self, operand: Expression, target: int, address: bool) -> int | None:
+        value = operand.value
+        if value is None:
+            try:
+                if address and operand.name is not None:
+                    value = self.jump_target(operand.name)
+                else:
+                    value = evaluate(operand, self.named_value)
+            except ExpressionError as error:
+                self.report(error.code, error.start, error.end, error.text)
+                return None
+        low, high = (-(2**31), 2**32 - 1) if target == 2 else (0, 255)
+        if low - 0.5 <= value < high + 0.5:
+            number = round(value)
+            if low <= number <= high:
+                return number - 2**32 if number >= 2**31 else number
+        self.report("E206", operand.start, operand.end, f"{value:.15g} does not fit: {low} to {high}")
+        return None
+
+    def jump_target(self, name: Token) -> float:
+        symbol = self.symbols.get(name.text.upper())
+        if symbol is None:
+            raise self.unknown_name(name, "label")
+        symbol.references.append(self.location(name.start, name.end))
+        return symbol.value
+
+    def named_value(self, name: Token) -> float:
+        symbol = self.symbols.get(name.text.upper())
+        if symbol is None:
+            raise self.unknown_name(name, "constant")
+        return self.constant_value(name, symbol)
+
+    def constant_value(self, name: Token, symbol: Symbol) -> float:
+        symbol.references.append(self.location(name.start, name.end))
+        if symbol.kind == "label":
+            text = f"{shown(name.text)} is a label; only JA, JC and CSUB take one"
+            raise ExpressionError("E304", name.start, name.end, text)
+        return symbol.value
+
+    def data(self, statement: Data) -> Instruction | None:
+        operands = statement.operands
+        if len(operands) != len(_DATA_FIELDS):
+            text = f"DATA takes four numbers: {', '.join(_DATA_FIELDS)}"
+            self.report("E103", statement.keyword.start, statement.end, text)
+            return None
+        values = [
+            None if operand is None else self.integer(operand, 2 if index == 3 else 0, address=False)
+            for index, operand in enumerate(operands)
+        ]
+        if None in values:
+            return None
+        return Instruction(*values)  # type: ignore[arg-type]
+
+    def appended_stop(self, file_name: str) -> Code:
+        number = len(self.sources[file_name])
+        column = len(self.sources[file_name][-1]) + 1
+        location = Location(file_name, number, column, column)
+        return Code(_STOP, Instruction(_STOP.number), location, self.lines[file_name][-1])
+
+    # Diagnostics
+
+    def unknown_command(self, statement: Command) -> None:
+        mnemonic = statement.mnemonic
+        name = mnemonic.text.upper()
+        start, end = mnemonic.start, mnemonic.end
+        number = FOREIGN_COMMANDS.get(name)
+        if number is not None:
+            text = f"{name} (command {number}) belongs to other TMCL firmware; a TMCM-34x does not have it"
+            self.report("E202", start, end, text)
+            return
+        hint = self.suggestion(name, (*BY_MNEMONIC, *FOREIGN_COMMANDS))
+        if not hint and not statement.operands:
+            hint = "; a label ends with ':'"
+        self.report("E201", start, end, f"no command {shown(mnemonic.text)}{hint}")
+
+    def unknown_name(self, name: Token, wanted: str) -> ExpressionError:
+        key = name.text.upper()
+        if key in FUNCTIONS:
+            text = f"the function {key} needs its operand in parentheses"
+        else:
+            suggestion = self.suggestion(name.text, (n for n, s in self.symbols.items() if s.kind == wanted))
+            text = f"no {wanted} {shown(name.text)}{suggestion}"
+        return ExpressionError("E301", name.start, name.end, text)
+
+    def suggestion(self, name: str, candidates: Iterable[str]) -> str:
+        if self.suggestions <= 0 or len(name) > 64:
+            return ""
+        self.suggestions -= 1
+        close = difflib.get_close_matches(name.upper(), list(candidates), n=1, cutoff=0.6)
+        if not close:
+            return ""
+        symbol = self.symbols.get(close[0])
+        return f"; did you mean {symbol.name if symbol else close[0]}?"
+
+    def report(self, code: str, start: int, end: int, text: str) -> None:
+        self.diagnostics.append(Diagnostic(self.location(start, end), "error", code, text))
+
+    def location(self, start: int, end: int) -> Location:
+        return Location(self.file, self.number, start + 1, end + 1)
+
+
+_CALC: Final = BY_MNEMONIC["CALC"]
+_STOP: Final = BY_MNEMONIC["STOP"]

@@ -1,0 +1,247 @@
+"""Constant expressions: compiled to postfix once, evaluated in floating point.
+
+Operators, loosest first, with the usual precedence (fidelity TOOL-4):
+
+    +  -        two operands, from the left
+    *  /        two operands, from the left; / keeps the fraction
+    -  +        sign of what follows: -2^2 is -4
+    ^           power, from the right: 2^3^2 is 2^9
+
+Functions take one operand in parentheses, angles in radians.  Where a command takes a whole number the
+result is rounded to the nearest, halves to the even neighbour (fidelity TOOL-5).  No step uses recursion: a
+line of a million parentheses is a diagnostic or a number, like any other.
+
+Source: facts of the TMCL-IDE's assembler; see docs/language.md.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Final, NamedTuple
+
+from tmcm34x.toolchain.diagnostics import shown
+from tmcm34x.toolchain.tokens import Token, number_value
+
+
+class Function(NamedTuple):
+    """One row of `FUNCTIONS`."""
+
+    call: Callable[[float], float]
+    meaning: str
+
+
+def _add(x: float, y: float) -> float:
+    return x + y
+
+
+def _subtract(x: float, y: float) -> float:
+    return x - y
+
+
+def _multiply(x: float, y: float) -> float:
+    return x * y
+
+
+def _divide(x: float, y: float) -> float:
+    return x / y
+
+
+def _sign(x: float) -> float:
+    return float((x > 0) - (x < 0))
+
+
+def _round(x: float) -> float:
+    return float(round(x))
+
+
+def _truncate(x: float) -> float:
+    return float(math.trunc(x))
+
+
+FUNCTIONS: Final[Mapping[str, Function]] = MappingProxyType({
+    "SIN": Function(math.sin, "sine of an angle in radians"),
+    "COS": Function(math.cos, "cosine of an angle in radians"),
+    "TAN": Function(math.tan, "tangent of an angle in radians"),
+    "ASIN": Function(math.asin, "angle in radians with this sine, -1 to 1"),
+    "ACOS": Function(math.acos, "angle in radians with this cosine, -1 to 1"),
+    "ATAN": Function(math.atan, "angle in radians with this tangent"),
+    "LOG": Function(math.log10, "logarithm to base 10"),
+    "LN": Function(math.log, "natural logarithm"),
+    "EXP": Function(math.exp, "e to the power of the operand"),
+    "SQRT": Function(math.sqrt, "square root"),
+    "ABS": Function(abs, "the operand without its sign"),
+    "INT": Function(_truncate, "the operand without its fraction"),
+    "ROUND": Function(_round, "the nearest whole number, halves to the even one"),
+    "SIGN": Function(_sign, "-1, 0 or 1: the sign of the operand"),
+    "DEG": Function(math.degrees, "an angle in degrees, from radians"),
+    "RAD": Function(math.radians, "an angle in radians, from degrees"),
+})  # fmt: skip
+"""The functions, by name."""
+
+_BINARY: Final[Mapping[str, tuple[int, Callable[[float, float], float]]]] = MappingProxyType({
+    "+": (1, _add), "-": (1, _subtract), "*": (2, _multiply), "/": (2, _divide), "^": (4, math.pow),
+})  # fmt: skip
+_SIGN_PRECEDENCE: Final = 3
+_OPEN: Final = 0
+
+Step = tuple[str, Token, object]
+"""One postfix step: `number` with its value, `name`, `binary` or `unary` with what to call; and its token."""
+
+
+class Expression(NamedTuple):
+    """A compiled expression at the columns `start` to `end` of its line.
+
+    value: its value when it is a number alone; else None
+    name: the token when it is a name alone; else None
+    """
+
+    start: int
+    end: int
+    value: float | None
+    name: Token | None
+    steps: tuple[Step, ...]
+
+
+class ExpressionError(Exception):
+    """An expression that cannot be compiled or has no value; `start` and `end` tell where it hurts."""
+
+    def __init__(self, code: str, start: int, end: int, text: str) -> None:
+        super().__init__(text)
+        self.code, self.start, self.end, self.text = code, start, end, text
+
+
+def compile_expression(tokens: Sequence[Token]) -> Expression:
+    """The expression in `tokens`, at least one; raises `ExpressionError` where it is not well formed."""
+    first = tokens[0]
+    if len(tokens) == 1:
+        if first.kind == "number":
+            return Expression(first.start, first.end, number_value(first.text), None, ())
+        if first.kind == "name":
+            return Expression(first.start, first.end, None, first, (("name", first, None),))
+    return _Compiler(tokens).run()
+
+
+class _Compiler:
+    """Shunting yard: operands go straight to `steps`, operators wait on `waiting` for their operands."""
+
+    def __init__(self, tokens: Sequence[Token]) -> None:
+        self.tokens = tokens
+        self.steps: list[Step] = []
+        self.waiting: list[tuple[int, Step]] = []
+
+    def run(self) -> Expression:
+        operand_next = True
+        for index, token in enumerate(self.tokens):
+            if token.kind in ("malformed", "stray"):
+                raise lexical_error(token)
+            operand_next = self.take_operand(index, token) if operand_next else self.take_operator(token)
+        last = self.tokens[-1]
+        if operand_next:
+            raise ExpressionError(
+                "E103", last.start, last.end, f"a number or name is missing after '{last.text}'"
+            )
+        self.flush(_OPEN)
+        if self.waiting:
+            opening = self.waiting[-1][1][1]
+            raise ExpressionError("E103", opening.start, opening.end, "this parenthesis is never closed")
+        return Expression(self.tokens[0].start, last.end, None, None, tuple(self.steps))
+
+    def take_operand(self, index: int, token: Token) -> bool:
+        """Takes a token where an operand may begin; tells whether one is still wanted."""
+        if token.kind == "number":
+            self.steps.append(("number", token, number_value(token.text)))
+            return False
+        if token.kind == "name":
+            if index + 1 < len(self.tokens) and self.tokens[index + 1].text == "(":
+                function = FUNCTIONS.get(token.text.upper())
+                if function is None:
+                    raise ExpressionError("E301", token.start, token.end, f"no function {shown(token.text)}")
+                self.waiting.append((5, ("unary", token, function.call)))
+                return True
+            self.steps.append(("name", token, None))
+            return False
+        if token.text == "(":
+            self.waiting.append((_OPEN, ("(", token, None)))
+        elif token.text == "-":
+            self.waiting.append((_SIGN_PRECEDENCE, ("unary", token, operator.neg)))
+        elif token.text != "+":
+            raise ExpressionError(
+                "E103", token.start, token.end, f"a number or name is missing before '{token.text}'"
+            )
+        return True
+
+    def take_operator(self, token: Token) -> bool:
+        """Takes a token where an operand is complete; tells whether another one is wanted."""
+        if token.text == ")":
+            self.flush(_OPEN)
+            if not self.waiting:
+                raise ExpressionError("E103", token.start, token.end, "this parenthesis was never opened")
+            self.waiting.pop()
+            return False
+        if token.text not in _BINARY:
+            raise ExpressionError(
+                "E103", token.start, token.end, f"an operator or ',' is missing before {quoted(token)}"
+            )
+        precedence, call = _BINARY[token.text]
+        self.flush(precedence if token.text == "^" else precedence - 1)
+        self.waiting.append((precedence, ("binary", token, call)))
+        return True
+
+    def flush(self, precedence: int) -> None:
+        """Moves what binds tighter than `precedence` to the steps, up to an open parenthesis."""
+        while self.waiting and self.waiting[-1][0] > precedence:
+            self.steps.append(self.waiting.pop()[1])
+
+
+def evaluate(expression: Expression, value_of: Callable[[Token], float]) -> float:
+    """The expression's value; `value_of` gives those of names, and may raise `ExpressionError` itself."""
+    if expression.value is not None:
+        return expression.value
+    stack: list[float] = []
+    for kind, token, what in expression.steps:
+        if kind == "number":
+            stack.append(what)  # type: ignore[arg-type]
+        elif kind == "name":
+            stack.append(value_of(token))
+        else:
+            operands = [stack.pop()] if kind == "unary" else [stack.pop(-2), stack.pop()]
+            stack.append(_apply(token, what, operands))  # type: ignore[arg-type]
+    return stack[0]
+
+
+def _apply(token: Token, call: Callable[..., float], operands: list[float]) -> float:
+    try:
+        result = call(*operands)
+    except ZeroDivisionError:
+        raise ExpressionError("E401", token.start, token.end, "division by zero") from None
+    except (ValueError, OverflowError):
+        shown_operands = " and ".join(f"{x:g}" for x in operands)
+        raise ExpressionError(
+            "E401", token.start, token.end, f"{shown(token.text.upper())} has no value for {shown_operands}"
+        ) from None
+    return result
+
+
+def lexical_error(token: Token) -> ExpressionError:
+    """Why a `malformed` or `stray` token cannot stand in a source text."""
+    text = token.text
+    if token.kind == "malformed":
+        if text[:2].lower() == "0x":
+            hint = f"; hexadecimal numbers are written ${shown(text[2:])}"
+        elif text[:2].lower() == "0b":
+            hint = f"; binary numbers are written %{shown(text[2:])}"
+        else:
+            hint = ""
+        return ExpressionError("E102", token.start, token.end, f"{shown(text)} is not a number{hint}")
+    hint = "; a comment begins with //" if text[0] == ";" else ""
+    return ExpressionError(
+        "E101", token.start, token.end, f"{quoted(token)} is not part of the language{hint}"
+    )
+
+
+def quoted(token: Token) -> str:
+    """A token as a message shows it."""
+    return f"'{shown(token.text)}'"

@@ -1,0 +1,80 @@
+"""Source text as lines, and lines as tokens with their columns.
+
+Lossless: between two tokens of a line stand only blanks, so text and tokens together hold everything.
+Nothing is refused here; what the language does not have becomes a token of kind `malformed` or `stray`.
+
+Lexical grammar, one line at a time (fidelity TOOL-1, TOOL-2):
+
+    comment    //  to the end of the line
+    name       a letter or _, then letters, digits, _       (upper and lower case are the same)
+    number     12   1.5   .5   2e3   $1F   %1011
+    operator   + - * / ^ ( ) , : = #
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final, Literal, NamedTuple
+
+TokenKind = Literal["name", "number", "operator", "comment", "malformed", "stray"]
+
+_TOKEN: Final = re.compile(
+    r"""
+      (?P<name>      [A-Za-z_]\w*+ )
+    | (?P<number>    (?: (?: \d++ (?: \.\d*+ )? | \.\d++ ) (?: [eE][+-]?\d++ )?
+                       | \$[0-9A-Fa-f]++
+                       | %[01]++ ) (?! [\w.] ) )
+    | (?P<comment>   //.* )
+    | (?P<operator>  [-+*/^(),:=\#] )
+    | [\s\xa0\ufeff]++
+    | (?P<malformed> [$%]?[\w.]++ | [$%] )
+    | (?P<stray>     [^\s\xa0\ufeff\w$%.+*/^(),:=\#-]++ )
+    """,
+    re.VERBOSE | re.ASCII | re.DOTALL,
+)
+
+
+class Token(NamedTuple):
+    """A word of a line; `start` and `end` count its characters from 0."""
+
+    kind: TokenKind
+    text: str
+    start: int
+    end: int
+
+
+def tokenize(line: str, start: int = 0) -> list[Token]:
+    """The tokens of one line, from column `start` on, without the blanks between them."""
+    return [
+        Token(match.lastgroup, match.group(), match.start(), match.end())  # type: ignore[arg-type]
+        for match in _TOKEN.finditer(line, start)
+        if match.lastgroup
+    ]
+
+
+def split_lines(text: str) -> list[str]:
+    """The lines of `text` without their ends, which are LF, CR LF or CR; the last one may be empty."""
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    return text.split("\n")
+
+
+def decode(data: bytes) -> str:
+    """Source text in the bytes of a file: UTF-8, else Latin-1; a byte order mark is dropped (fidelity TOOL-3)."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def number_value(text: str) -> float:
+    """The value of a token of kind `number`; infinite when it is out of all proportion."""
+    if text[0] in "$%":
+        digits, base = text[1:], 16 if text[0] == "$" else 2
+        return float(int(digits, base)) if len(digits) <= 128 else _large(digits, base)
+    return float(text)
+
+
+def _large(digits: str, base: int) -> float:
+    digits = digits.lstrip("0")
+    return float(int(digits or "0", base)) if len(digits) <= 128 else float("inf")
