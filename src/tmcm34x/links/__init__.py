@@ -1,0 +1,56 @@
+"""Links: what carries bytes between a host and a module's line.
+
+A link knows no protocol.  It waits for clients; for each one it asks `connect` for the module's end of the
+line and hands it what the client sends.  Wires are bound methods: the link gives `connect` its own `send`
+and gets a `Peer` back.
+
+Read in this order: this file, `memory`, `pty`, `tcp`, `serial`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+Send = Callable[[bytes], None]
+"""Takes bytes for the client; bytes that nobody fetches are lost, as on a wire."""
+
+
+class LinkError(Exception):
+    """A link that cannot be opened; the text is one clear line."""
+
+
+class Peer(Protocol):
+    """The module's end of one client's line."""
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes that the client sent."""
+        ...
+
+    def disconnect(self) -> None:
+        """The client is gone."""
+        ...
+
+
+Connect = Callable[[str, Send], Peer]
+"""Called by a link for each new client, with a name for logs and a way to send."""
+
+
+class Link(Protocol):
+    """A place where clients connect, on the running event loop."""
+
+    kind: str
+    """Word on the `ready` line."""
+    latency_ms: int
+    """How much later than its neighbour a byte of the same telegram may come through this kind of link."""
+
+    async def open(self, connect: Connect) -> str:
+        """Begin to take clients; return the address that they use.
+
+        Raises `LinkError`.
+        """
+        ...
+
+    def close(self) -> None:
+        """Let go of all clients and of the address."""
+        ...

@@ -1,0 +1,80 @@
+"""A file descriptor of a terminal on the event loop: what the pseudo terminal and the serial port share."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import Callable
+from typing import Final
+
+READ_SIZE: Final = 4096
+
+
+class Descriptor:
+    """Reads when there is something, writes at once, and keeps what does not fit.
+
+    While the other side does not fetch its bytes, nothing is read from it either: memory stays bounded and
+    nothing is lost.
+
+    fd: a file descriptor, made non-blocking here; stays its owner's to close
+    receive: called with each chunk read
+    lost: called once when the other side has hung up; the descriptor is then off the event loop
+    """
+
+    def __init__(self, fd: int, receive: Callable[[bytes], None], lost: Callable[[], None]) -> None:
+        self._fd = fd
+        self.receive = receive
+        self._lost = lost
+        self._backlog = bytearray()
+        self._loop = asyncio.get_running_loop()
+        os.set_blocking(fd, False)
+        self._loop.add_reader(fd, self._read)
+
+    def send(self, data: bytes) -> None:
+        """Write `data`, now or when there is room."""
+        if not self._backlog:
+            try:
+                data = data[os.write(self._fd, data) :]
+            except BlockingIOError:
+                pass
+            except OSError:
+                return  # hung up: the next read finds out
+            if not data:
+                return
+            self._loop.remove_reader(self._fd)
+            self._loop.add_writer(self._fd, self._flush)
+        self._backlog += data
+
+    def stop(self) -> None:
+        """Take the descriptor off the event loop."""
+        self._loop.remove_reader(self._fd)
+        self._loop.remove_writer(self._fd)
+        self._backlog.clear()
+
+    def _read(self) -> None:
+        try:
+            data = os.read(self._fd, READ_SIZE)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        if data:
+            self.receive(data)
+        else:
+            self._hang_up()
+
+    def _flush(self) -> None:
+        try:
+            del self._backlog[: os.write(self._fd, self._backlog)]
+        except BlockingIOError:
+            return
+        except OSError:
+            self._hang_up()
+            return
+        if not self._backlog:
+            self._loop.remove_writer(self._fd)
+            self._loop.add_reader(self._fd, self._read)
+
+    def _hang_up(self) -> None:
+        self.stop()
+        self._lost()

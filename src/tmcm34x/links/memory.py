@@ -1,0 +1,28 @@
+"""A link inside one process: a client without a file descriptor, for tests and tools in virtual time."""
+
+from __future__ import annotations
+
+from tmcm34x.links import Connect, Peer
+
+
+class MemoryClient:
+    """The host's end: `write` sends, `read` takes what has come back so far."""
+
+    def __init__(self, connect: Connect, name: str = "memory") -> None:
+        self._received = bytearray()
+        self._peer: Peer = connect(name, self._received.extend)
+
+    def write(self, data: bytes) -> None:
+        """Send `data` to the module."""
+        self._peer.receive(data)
+
+    def read(self, size: int | None = None) -> bytes:
+        """Up to `size` bytes that the module has sent, all of them by default."""
+        end = len(self._received) if size is None else size
+        data = bytes(self._received[:end])
+        del self._received[:end]
+        return data
+
+    def close(self) -> None:
+        """Hang up."""
+        self._peer.disconnect()

@@ -1,0 +1,78 @@
+"""Telegrams over TCP: each client is one more host on the module's line.
+
+The stream carries the same bytes as a serial line, with nothing around them.
+
+Source: manual 6.1 for the telegrams; the transport is that of serial-to-Ethernet converters (fidelity WIRE-1).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from typing import cast
+
+from tmcm34x.links import Connect, LinkError, Peer
+
+
+class TcpLink:
+    """A listening socket; port 0 lets the system choose one."""
+
+    kind = "tcp"
+    latency_ms = 0
+
+    def __init__(self, host: str, port: int) -> None:
+        self._host = host
+        self._port = port
+        self._clients: set[_Client] = set()
+        self._server: asyncio.Server | None = None
+
+    async def open(self, connect: Connect) -> str:
+        """Listen; returns `host:port` with the port in use."""
+        loop = asyncio.get_running_loop()
+        try:
+            self._server = await loop.create_server(
+                lambda: _Client(connect, self._clients), self._host, self._port
+            )
+        except OSError as error:
+            reason = os.strerror(error.errno) if error.errno and error.errno > 0 else error.strerror
+            raise LinkError(f"cannot listen on {_join(self._host, self._port)}: {reason}") from error
+        return _join(*self._server.sockets[0].getsockname()[:2])
+
+    def close(self) -> None:
+        """Stop listening and drop all clients."""
+        if self._server is not None:
+            self._server.close()
+        for client in tuple(self._clients):
+            client.abort()
+
+
+class _Client(asyncio.Protocol):
+    """One connection.  A client that does not fetch its replies is not read from meanwhile."""
+
+    def __init__(self, connect: Connect, clients: set[_Client]) -> None:
+        self._connect = connect
+        self._clients = clients
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self._transport = cast(asyncio.Transport, transport)
+        self._clients.add(self)
+        host, port, *_ = transport.get_extra_info("peername")
+        self._peer: Peer = self._connect(f"tcp {_join(host, port)}", self._transport.write)
+        self.data_received = self._peer.receive  # no frame of ours between the loop and the module
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._clients.discard(self)
+        self._peer.disconnect()
+
+    def pause_writing(self) -> None:
+        self._transport.pause_reading()
+
+    def resume_writing(self) -> None:
+        self._transport.resume_reading()
+
+    def abort(self) -> None:
+        self._transport.abort()
+
+
+def _join(host: str, port: int) -> str:
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"

@@ -1,0 +1,84 @@
+"""A serial port, played by a pseudo terminal."""
+
+import asyncio
+import os
+import tty
+
+import pytest
+
+from tmcm34x.links import LinkError
+from tmcm34x.links.serial import SerialLink
+
+
+class Echo:
+    """A peer that answers with what it gets."""
+
+    def __init__(self):
+        self.hang_ups = 0
+
+    def connect(self, name, send):
+        self.receive = send
+        return self
+
+    def disconnect(self):
+        self.hang_ups += 1
+
+
+async def reads(fd, size):
+    data = b""
+    for _ in range(2000):
+        try:
+            data += os.read(fd, size - len(data))
+        except BlockingIOError:
+            await asyncio.sleep(0.001)
+        if len(data) == size:
+            break
+    return data
+
+
+@pytest.fixture
+def cable():
+    """Two ends: our descriptor, and the path of the port at the other."""
+    ours, theirs = os.openpty()
+    tty.setraw(theirs)
+    os.set_blocking(ours, False)
+    yield ours, os.ttyname(theirs)
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_bytes_go_both_ways(cable):
+    ours, path = cable
+
+    async def scenario():
+        link, echo = SerialLink(path, 9600), Echo()
+        assert await link.open(echo.connect) == path
+        os.write(ours, b"\x00\xff\r\n")
+        assert await reads(ours, 4) == b"\x00\xff\r\n"
+        link.close()
+        assert echo.hang_ups == 1
+
+    asyncio.run(scenario())
+
+
+def test_a_port_that_is_used_already_is_refused(cable):
+    _, path = cable
+
+    async def scenario():
+        link = SerialLink(path, 9600)
+        await link.open(Echo().connect)
+        with pytest.raises(LinkError, match=f"cannot open {path}"):
+            await SerialLink(path, 9600).open(Echo().connect)
+        link.close()
+
+    asyncio.run(scenario())
+
+
+@pytest.mark.parametrize("device", ["/dev/no-such-port", "/dev/null"])
+def test_what_is_no_port_is_refused_in_one_line(device):
+    async def scenario():
+        with pytest.raises(LinkError, match=f"cannot open {device}") as caught:
+            await SerialLink(device, 9600).open(Echo().connect)
+        assert "\n" not in str(caught.value)
+
+    asyncio.run(scenario())
