@@ -1,0 +1,639 @@
+"""The ramp and pulse generator of one axis, in closed form.
+
+The chip divides its clock by 32; one *tick* is 32 clocks.  Every 2^RAMP_DIV ticks the velocity moves by at most
+A_MAX (in 1/256 of a velocity unit) toward the velocity the mode asks for; every 2^PULSE_DIV ticks the integer
+part of the velocity is added to an accumulator of 11 bits, whose overflow is a step.  A ramp tick comes before
+the pulse tick of the same tick.  The definition, tick by tick, is tests/chips/oracle.py; this module computes
+the same states without visiting the ticks.
+
+The future of an axis is a chain of *parts*, each a stretch of time with one law of motion in one direction:
+
+Coast    the velocity is constant: a step count is one division.
+Change   the velocity moves by A_MAX per ramp tick: a step count is a sum of floors of an arithmetic progression.
+Braking  the velocity follows the square root of the distance: one small step per velocity unit or ramp tick,
+         whichever are fewer, with a checkpoint now and then to resume from.
+
+Except for the rest of a ramp interval after something was written, parts begin and end between two ramp ticks:
+`start.n` and `end` are the last ticks before one.  The chain is prolonged only as far as the next *mark*, the
+next tick somebody could want to be told of; what is written, or a switch, cuts it off.
+
+Source: TMC429 datasheet 8.1; model: docs/fidelity/chips.md CHIP-1 to CHIP-8.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable
+from math import isqrt
+from typing import Final, NamedTuple
+
+from tmcm34x.clock import NEVER
+
+RAMP: Final = 0
+SOFT: Final = 1
+VELOCITY: Final = 2
+HOLD: Final = 3
+
+TURN: Final = 1 << 24
+HALF_TURN: Final = 1 << 23
+FARTHEST: Final = (1 << 19) - 1
+"""Distances beyond this count as this in the calculation of the braking velocity."""
+
+LAST: Final = NEVER
+"""The tick at which a part that lasts ends."""
+
+
+Place = tuple[int, int, int, int]
+"""Between two ramp ticks while braking: tick, speed, steps to the target, accumulator."""
+
+
+def signed24(x: int) -> int:
+    """The position that 24 bits of `x` stand for, -2^23 .. 2^23 - 1."""
+    return (x + HALF_TURN & TURN - 1) - HALF_TURN
+
+
+def brake_factor(a_max: int, ramp_div: int, pulse_div: int) -> tuple[int, int]:
+    """P_MUL (128..255) and P_DIV (0..13) that brake with an A_MAX of 0..2047, 1.2 % early.
+
+    Where no pair fits, the nearest: 255 and 0, or 128 and 13.
+
+    Source: TMC429 datasheet 8.1.10; reduction and nearest pair: fidelity CHIP-9.
+    """
+    exponent = pulse_div - ramp_div - 4
+    for p_div in range(13, -1, -1):
+        shift = exponent + p_div
+        numerator, denominator = 988 * a_max << max(shift, 0), 1000 << max(-shift, 0)
+        if (p_mul := numerator // denominator) <= 255:
+            return (p_mul, p_div) if p_mul >= 128 else (128, 13)
+    return 255, 0
+
+
+def floors(start: int, step: int, count: int) -> int:
+    """The sum of (start + i*step) >> 8 for i = 0 .. count - 1."""
+    total = (start >> 8) * count + (step >> 8) * (count * (count - 1) >> 1)
+    start &= 255
+    step &= 255
+    modulus = 256
+    while (top := step * count + start) >= modulus:
+        count, start = divmod(top, modulus)
+        modulus, step = step, modulus
+        quotient, step = divmod(step, modulus)
+        total += quotient * (count * (count - 1) >> 1)
+        quotient, start = divmod(start, modulus)
+        total += quotient * count
+    return total
+
+
+class State(NamedTuple):
+    """An axis after one tick."""
+
+    n: int = 0
+    """The tick, counted from power-on."""
+    v: int = 0
+    """Velocity, signed, in 1/256 of a velocity unit."""
+    x: int = 0
+    """X_ACTUAL, signed."""
+    acc: int = 0
+    """Accumulator of the pulse generator, 0..2047."""
+    wave: int = 0
+    """Index into the sine wave, 0..255."""
+    a: int = 0
+    """A_ACTUAL: what the last ramp tick did to the velocity, signed."""
+    stopping: bool = False
+    """Whether the last ramp tick took speed away because of a stop switch."""
+    rest: int = 0
+    """Tick since which v is zero; while it is not, some earlier tick."""
+
+
+class Part:
+    """A stretch of the future in one direction, from `start` (exclusive) to `end` (inclusive)."""
+
+    __slots__ = ("axis", "direction", "mark", "speed", "start", "stopping")
+
+    def __init__(self, axis: Axis, start: State, direction: int) -> None:
+        self.axis = axis
+        self.start = start
+        self.direction = direction
+        self.speed = abs(start.v)
+        self.stopping = False
+        """Whether it is a stop switch that slows the axis."""
+        self.mark = 0
+        """A tick that is noticed for its velocity, or 0."""
+
+    def state(self, n: int, speed: int, steps: int, acc: int, *, a: int = 0, rest: int = 0) -> State:
+        """The state after tick n, so many steps from the start."""
+        start, way = self.start, self.direction * steps
+        return State(
+            n,
+            self.direction * speed,
+            signed24(start.x + way),
+            acc,
+            start.wave + way * self.axis.wave_step & 255,
+            a,
+            self.stopping,
+            rest,
+        )
+
+
+class Coast(Part):
+    """Constant velocity `speed`; the first ramp tick may have brought it about, with acceleration `a`."""
+
+    __slots__ = ("a", "end")
+
+    def __init__(self, axis: Axis, start: State, direction: int, speed: int, end: int) -> None:
+        super().__init__(axis, start, direction)
+        self.speed = speed
+        self.end = end
+        self.a = 0
+
+    @property
+    def moves(self) -> bool:
+        """Whether it makes steps."""
+        return self.speed >= 256
+
+    def moved(self, n: int) -> int:
+        """The number of steps from the start to tick n."""
+        start = self.start
+        shift = self.axis.pulse_div
+        return start.acc + (self.speed >> 8) * ((n >> shift) - (start.n >> shift)) >> 11
+
+    def when(self, steps: int) -> int:
+        """The tick of a step within the part, the first being 1."""
+        start = self.start
+        shift = self.axis.pulse_div
+        pulses = -((start.acc - (steps << 11)) // (self.speed >> 8))
+        return (start.n >> shift) + pulses << shift
+
+    def at(self, n: int) -> State:
+        """The state after a tick of the part."""
+        start, axis, speed = self.start, self.axis, self.speed
+        shift = axis.pulse_div
+        steps, acc = divmod(start.acc + (speed >> 8) * ((n >> shift) - (start.n >> shift)), 2048)
+        ramps = (n >> axis.ramp_div) - (start.n >> axis.ramp_div)
+        a = self.a if ramps == 1 else start.a if ramps == 0 else 0
+        return self.state(n, speed, steps, acc, a=a, rest=start.rest if start.v == 0 else start.n + 1)
+
+
+class Change(Part):
+    """The speed goes from `speed` by `step` per ramp tick, and stays at least zero."""
+
+    __slots__ = ("end", "step")
+
+    moves = True
+
+    def __init__(self, axis: Axis, start: State, direction: int, step: int, ramps: int) -> None:
+        super().__init__(axis, start, direction)
+        self.step = step
+        self.end = start.n + (ramps << axis.ramp_div)
+
+    def pulsed(self, ramps: int) -> int:
+        """What the pulse ticks of so many whole ramp intervals add up to."""
+        rise, speed, step = self.axis.rise, self.speed, self.step
+        if rise >= 0:
+            return floors(speed + step, step, ramps) << rise
+        first = -(self.start.n + 1 >> self.axis.ramp_div) % (1 << -rise)
+        if first >= ramps:
+            return 0
+        count = (ramps - 1 - first >> -rise) + 1
+        return floors(speed + step * (first + 1), step << -rise, count)
+
+    def _weight(self, n: int) -> int:
+        axis = self.axis
+        ramps = (n >> axis.ramp_div) - (self.start.n >> axis.ramp_div)
+        if axis.rise < 0:
+            return self.start.acc + self.pulsed(ramps)
+        if ramps == 0:
+            return self.start.acc
+        pulses = ((n & axis.ramp_mask) >> axis.pulse_div) + 1
+        return self.start.acc + self.pulsed(ramps - 1) + (self.speed + self.step * ramps >> 8) * pulses
+
+    def moved(self, n: int) -> int:
+        """The number of steps from the start to tick n."""
+        return self._weight(n) >> 11
+
+    def when(self, steps: int) -> int:
+        """The tick of a step within the part, the first being 1."""
+        axis, start = self.axis, self.start
+        wanted = (steps << 11) - start.acc
+        low, high = 0, self.end - start.n >> axis.ramp_div  # wanted is reached in interval low + 1 .. high
+        while high - low > 1:
+            middle = low + high >> 1
+            if self.pulsed(middle) >= wanted:
+                high = middle
+            else:
+                low = middle
+        boundary = start.n + 1 + (low << axis.ramp_div)
+        if axis.rise < 0:
+            return boundary
+        pulses = -((self.pulsed(low) - wanted) // (self.speed + self.step * high >> 8))
+        return boundary + (pulses - 1 << axis.pulse_div)
+
+    def at(self, n: int) -> State:
+        """The state after a tick of the part."""
+        axis, start = self.axis, self.start
+        ramps = (n >> axis.ramp_div) - (start.n >> axis.ramp_div)
+        if ramps == 0:
+            return start
+        steps, acc = divmod(self._weight(n), 2048)
+        speed = self.speed + self.step * ramps
+        return self.state(n, speed, steps, acc, a=self.direction * self.step, rest=n & ~axis.ramp_mask)
+
+
+class Braking(Part):
+    """The speed follows the braking velocity of the distance, as far as A_MAX allows, down to the target.
+
+    A position on the way is (n, speed, ahead, acc) between two ramp ticks, `ahead` being the steps to the target.
+    """
+
+    __slots__ = ("_checkpoints", "_end", "_ticks")
+
+    EVERY: Final = 16
+    """Small steps from one checkpoint to the next."""
+
+    moves = True
+
+    def __init__(self, axis: Axis, start: State, direction: int) -> None:
+        super().__init__(axis, start, direction)
+        self.mark = start.n + 1
+        self._checkpoints: list[Place] = []
+        self._ticks: list[int] = []
+        self._end = 0
+
+    @property
+    def end(self) -> int:
+        """The tick before the ramp tick that no longer brakes for the target."""
+        if not self._end:
+            self._plan()
+        return self._end
+
+    def _plan(self) -> None:
+        axis, start = self.axis, self.start
+        place = start.n, self.speed, self.direction * axis.distance(start.x), start.acc
+        checkpoints, ticks = self._checkpoints, self._ticks
+        while True:
+            checkpoints.append(place)
+            ticks.append(place[0])
+            after = self._walk(place, LAST, -TURN)
+            if after[0] == place[0]:
+                break
+            place = after
+        self._end = place[0]
+
+    def _walk(self, place: Place, until: int, beyond: int) -> Place:
+        """Up to EVERY small steps from `place`, none past tick `until` or to `beyond` steps of the target."""
+        axis = self.axis
+        n, speed, ahead, acc = place
+        a_max, v_min, v_max, rise, ramp_div = axis.a_max, axis.v_min, axis.v_max, axis.rise, axis.ramp_div
+        soft, factor, shift, dense = axis.mode == SOFT, axis.factor, axis.shift, axis.dense
+        for _ in range(self.EVERY):
+            if ahead <= 0:
+                break
+            aim = factor * (ahead if ahead < FARTHEST else FARTHEST) >> shift
+            if not soft:
+                aim = isqrt(aim)
+            aim = v_min if aim < v_min else v_max if aim > v_max else aim
+            slow = aim << 8
+            speed_after = slow if speed - a_max <= slow else speed - a_max
+            v = speed_after >> 8
+            if dense and v > v_min:
+                after = n + (1 << ramp_div)
+                weight = acc + (v << rise)
+            elif v == aim:
+                if aim == 0:
+                    break
+                if aim <= v_min:
+                    nearest = 1
+                elif soft:
+                    nearest = -((-aim << shift) // factor)
+                else:
+                    nearest = -((-aim * aim << shift) // factor)
+                pulses = -((acc - (ahead - nearest + 1 << 11)) // aim)
+                if rise >= 0:
+                    ramps = (pulses - 1 >> rise) + 1
+                    weight = acc + aim * (ramps << rise)
+                else:
+                    ramps = -(n + 1 >> ramp_div) % (1 << -rise) + (pulses - 1 << -rise) + 1
+                    weight = acc + aim * pulses
+                after = n + (ramps << ramp_div)
+                speed_after = max(speed - ramps * a_max, slow) if speed > slow else slow
+            else:
+                piece = self._piece((n, speed, ahead, acc))
+                after = piece.end
+                state = piece.at(after)
+                speed_after = abs(state.v)
+                weight = (ahead - self.direction * axis.distance(state.x) << 11) + state.acc
+            left = ahead - (weight >> 11)
+            if after > until or left <= beyond:
+                break
+            n, speed, ahead, acc = after, speed_after, left, weight & 2047
+        return n, speed, ahead, acc
+
+    def _piece(self, place: Place) -> Coast | Change:
+        """The simple part that begins at a place on the way."""
+        n, speed, ahead, acc = place
+        if n == self.start.n:
+            return self.axis.simple_part(self.start)
+        steps = self.direction * self.axis.distance(self.start.x) - ahead
+        return self.axis.simple_part(self.state(n, speed, steps, acc))
+
+    def _find(self, n: int) -> Coast | Change:
+        """The simple part of the way that holds tick n."""
+        if not self._end:
+            self._plan()
+        place = self._checkpoints[bisect_right(self._ticks, n - 1) - 1]
+        piece = self._piece(self._walk(place, n - 1, -TURN))
+        while piece.end < n:
+            piece = self.axis.simple_part(piece.at(piece.end))
+        return piece
+
+    def _before(self, piece: Coast | Change) -> int:
+        """The number of steps before a simple part of the way."""
+        return self.direction * (piece.start.x - self.start.x) % TURN
+
+    def moved(self, n: int) -> int:
+        """The number of steps from the start to tick n."""
+        if n <= self.start.n:
+            return 0
+        piece = self._find(n)
+        return self._before(piece) + piece.moved(n)
+
+    def at(self, n: int) -> State:
+        """The state after a tick of the part."""
+        return self._find(n).at(n) if n > self.start.n else self.start
+
+    def when(self, steps: int) -> int:
+        """The tick of a step within the part, the first being 1."""
+        if not self._end:
+            self._plan()
+        ahead = self.direction * self.axis.distance(self.start.x) - steps
+        index = bisect_right(self._checkpoints, -ahead - 1, key=lambda place: -place[2]) - 1
+        piece = self._piece(self._walk(self._checkpoints[index], LAST, ahead))
+        while self._before(piece) + piece.moved(piece.end) < steps:
+            piece = self.axis.simple_part(piece.at(piece.end))
+        return piece.when(steps - self._before(piece))
+
+
+AnyPart = Coast | Change | Braking
+
+
+class Axis:
+    """Registers and state of one axis, and the chain of parts that is its future.
+
+    The attributes are the registers of these names as numbers; after setting them, `cut` starts a new chain.
+    `left` and `right` say whether the stop function of a switch acts: active and not disabled.
+    """
+
+    __slots__ = (
+        "a_max",
+        "begin",
+        "dense",
+        "factor",
+        "left",
+        "mode",
+        "p_div",
+        "p_mul",
+        "parts",
+        "pulse_div",
+        "ramp_div",
+        "ramp_mask",
+        "right",
+        "rise",
+        "shift",
+        "soft_stop",
+        "tolerance",
+        "v_max",
+        "v_min",
+        "v_target",
+        "wave_step",
+        "x_target",
+    )
+
+    def __init__(self) -> None:
+        self.mode = RAMP
+        self.x_target = self.v_min = self.v_max = self.v_target = self.a_max = 0
+        self.p_mul, self.p_div = 128, 0
+        self.ramp_div = self.pulse_div = 0
+        self.wave_step = 64
+        self.left = self.right = self.soft_stop = False
+        self.tolerance = 0
+        self.parts: list[AnyPart] = []
+        self.cut(State())
+
+    # ---- time
+
+    def cut(self, state: State) -> None:
+        """Start a new chain at `state`."""
+        self.ramp_mask = (1 << self.ramp_div) - 1
+        self.rise = self.ramp_div - self.pulse_div
+        self.shift = 3 + self.p_div
+        self.factor = self.p_mul if self.mode == SOFT else self.p_mul << 11
+        self.dense = self.mode == RAMP and self.rise >= 0 and 8 << self.p_div < self.p_mul << self.rise
+        self.parts.clear()
+        self.begin = state
+
+    def at(self, n: int) -> State:
+        """The state after tick n, which must not be earlier than the last `cut`."""
+        return self._part(n).at(n) if n > self.begin.n else self.begin
+
+    def next_mark(self, n: int, steps: Callable[[Axis, State, int], int]) -> int:
+        """The first tick after n that somebody could want to be told of, or `LAST`.
+
+        `steps(axis, state, direction)` says after how many steps in a direction a position is noticed.
+        """
+        part = self._part(n + 1)
+        while True:
+            seen = max(n, part.start.n)
+            mark = part.mark if part.mark > n else LAST
+            if mark == seen + 1:
+                return mark
+            if part.moves:
+                wanted = part.moved(seen) + steps(self, part.at(seen), part.direction)
+                if part.end == LAST or part.moved(part.end) >= wanted:
+                    mark = min(mark, part.when(wanted))
+            if mark < LAST or part.end == LAST:
+                return mark
+            part = self._part(part.end + 1)
+
+    def forget(self, n: int) -> None:
+        """Drop the parts that ended before tick n."""
+        while len(self.parts) > 1 and self.parts[0].end < n:
+            self.begin = self.parts[1].start
+            del self.parts[0]
+
+    def _part(self, n: int) -> AnyPart:
+        """The part that holds tick n, the chain prolonged as needed."""
+        parts = self.parts
+        if not parts:
+            parts.append(self._next_part(self.begin))
+        for part in parts:
+            if n <= part.start.n + 1 or n <= part.end:
+                return part
+        part = parts[-1]
+        while n > part.end:
+            part = self._next_part(part.at(part.end))
+            parts.append(part)
+        return part
+
+    # ---- what the ramp generator wants
+
+    def distance(self, x: int) -> int:
+        """From x to the target, the shorter way round."""
+        return signed24(self.x_target - x)
+
+    def allowed(self, far: int) -> int:
+        """The highest velocity at a distance of at least 1 from which the axis can brake to the target.
+
+        Source: datasheet 8.1.10; fidelity CHIP-1 (square root) and CHIP-2 (soft mode).
+        """
+        limit = self.factor * min(far, FARTHEST) >> self.shift
+        return min(self.v_max, max(self.v_min, limit if self.mode == SOFT else isqrt(limit)))
+
+    def nearest(self, velocity: int) -> int:
+        """The smallest distance at which a velocity is allowed that is allowed at some distance."""
+        if velocity <= self.v_min:
+            return 1
+        limit = velocity if self.mode == SOFT else velocity * velocity
+        return -((-limit << self.shift) // self.factor)
+
+    def aim(self, v: int, x: int) -> int:
+        """The velocity, signed and in 1/256, that the axis moves toward."""
+        if self.mode == HOLD:
+            return v
+        if self.mode == VELOCITY:
+            return max(-self.v_max, min(self.v_max, self.v_target)) << 8
+        distance = self.distance(x)
+        if distance in (0, -HALF_TURN):
+            return 0
+        return self.allowed(distance) << 8 if distance > 0 else -self.allowed(-distance) << 8
+
+    def blocked(self, direction: int, x: int) -> bool:
+        """Whether a stop switch forbids that direction at x."""
+        if self.tolerance and abs(x) <= self.tolerance:
+            return False
+        return self.right if direction > 0 else self.left
+
+    # ---- the next part
+
+    def _next_part(self, start: State) -> AnyPart:
+        if start.n + 1 & self.ramp_mask:
+            held = Coast(self, start, -1 if start.v < 0 else 1, abs(start.v), start.n | self.ramp_mask)
+            held.stopping = start.stopping
+            return held
+        if self._brakes(start):
+            return Braking(self, start, 1 if self.distance(start.x) > 0 else -1)
+        return self.simple_part(start)
+
+    def _brakes(self, start: State) -> bool:
+        """Whether from here on the velocity follows the distance."""
+        if self.mode > SOFT or not self.a_max or (self.tolerance and (self.left or self.right)):
+            return False
+        aim = self.aim(start.v, start.x)
+        direction = 1 if aim > 0 else -1
+        return (
+            0 < abs(aim) < self.v_max << 8
+            and direction * start.v >= abs(aim) - self.a_max
+            and start.v * direction >= 0
+            and not self.blocked(direction, start.x)
+        )
+
+    def simple_part(self, start: State) -> Coast | Change:
+        """The part that begins with a ramp tick, cut where its law could change."""
+        v, x = start.v, start.x
+        aim = self.aim(v, x)
+        direction = -1 if (v or aim) < 0 else 1
+        speed, aim = abs(v), direction * aim
+        step = 0 if self.mode == HOLD else self.a_max
+        if self.mode <= SOFT and x == self.x_target and speed >> 8 <= self.v_min:
+            return self._coast(start, direction, 0)
+        new = min(speed + step, aim) if speed < aim else max(speed - step, aim)
+        if new and self.blocked(direction if new > 0 else -direction, x):
+            return self._stop(start, direction, step, new, aim)
+        if new < 0:
+            return self._coast(start, -direction, -new, once=True)
+        room = self._room(x, direction)
+        if new in (aim, speed):
+            if self.mode <= SOFT and step and new:
+                room = min(room, direction * self.distance(x) - self.nearest(new >> 8) + 1)
+            return self._until(self._coast(start, direction, new), room)
+        if speed < aim:
+            part = Change(self, start, direction, step, self._rising(start, direction, aim))
+        elif aim < 0:
+            part = Change(self, start, direction, -step, speed // step)
+        else:
+            ramps = (speed - aim - 1) // step
+            if self.mode <= SOFT and x == self.x_target:
+                ramps = min(ramps, (speed - (self.v_min + 1 << 8)) // step + 1)
+            part = Change(self, start, direction, -step, ramps)
+        return self._until(part, room)
+
+    def _coast(self, start: State, direction: int, speed: int, *, once: bool = False) -> Coast:
+        """Constant velocity from the next ramp tick on, for good or for one ramp interval."""
+        end = start.n + self.ramp_mask + 1 if once else LAST
+        part = Coast(self, start, direction, speed, end)
+        change = direction * speed - start.v
+        if change:
+            part.a = self.a_max if change > 0 else -self.a_max
+            if not once and (self.mode == VELOCITY or speed in (0, self.v_max << 8)):
+                part.mark = start.n + 1
+        return part
+
+    def _stop(self, start: State, direction: int, step: int, new: int, aim: int) -> Coast | Change:
+        """What a stop switch makes of a ramp tick that would have led to speed `new`."""
+        speed = abs(start.v)
+        if not speed:
+            return self._coast(start, direction, 0)
+        soft = self.soft_stop and self.mode != HOLD and new > 0
+        if not soft or 0 < speed <= step:
+            part = self._coast(start, direction, 0, once=True)
+        elif step:
+            part = Change(self, start, direction, -step, (speed - 1) // step)
+        else:
+            part = self._coast(start, direction, speed)
+        part.stopping = True
+        if not start.stopping or part.speed == 0:
+            part.mark = start.n + 1
+        room = self._room(start.x, direction)
+        if self.mode <= SOFT and aim > 0:
+            room = min(room, direction * self.distance(start.x) - self.nearest(1) + 1)
+        return self._until(part, room)
+
+    def _rising(self, start: State, direction: int, aim: int) -> int:
+        """The number of ramp ticks that add the full A_MAX before the velocity aimed at is reached."""
+        step, speed = self.a_max, abs(start.v)
+        ramps = (aim - speed - 1) // step
+        if self.mode > SOFT:
+            return ramps
+        part = Change(self, start, direction, step, ramps)
+        ahead = direction * self.distance(start.x)
+
+        def full(ramps: int) -> bool:
+            left = ahead - (start.acc + part.pulsed(ramps - 1) >> 11)
+            return left > 0 and speed + step * ramps < self.allowed(left) << 8
+
+        if full(ramps):
+            return ramps
+        low, high = 1, ramps
+        while high - low > 1:
+            middle = low + high >> 1
+            low, high = (middle, high) if full(middle) else (low, middle)
+        return low
+
+    def _until(self, part: Coast | Change, room: int) -> Coast | Change:
+        """`part`, cut at the end of the ramp interval in which it makes its step number `room`."""
+        if part.moves and (part.end == LAST or part.moved(part.end) >= room):
+            part.end = part.when(room) | self.ramp_mask
+        return part
+
+    def _room(self, x: int, direction: int) -> int:
+        """The number of steps after which the law of motion could be another, because of the position."""
+        room = TURN
+        if self.mode <= SOFT:
+            distance = self.distance(x)
+            ahead = direction * distance
+            room = 1 if distance in (0, -HALF_TURN) else ahead if ahead > 0 else HALF_TURN + ahead
+        if self.tolerance and (self.left or self.right):
+            inside, outside = -direction * self.tolerance, direction * (self.tolerance + 1)
+            room = min(
+                room, (direction * (inside - x) - 1) % TURN + 1, (direction * (outside - x) - 1) % TURN + 1
+            )
+        return room
