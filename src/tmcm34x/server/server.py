@@ -1,0 +1,181 @@
+"""The loop that keeps a bench at the wall clock's time and its lines served.
+
+One asyncio loop.  Virtual time moves in two cases only: bytes come in, and it is first brought to now, so that
+they are executed at the right time; or the next event of the bench is due, for which a timer is set.  When
+there is no next event, nothing runs.
+
+Work that takes longer than a slice is broken off and goes on after the links have been looked at.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Final
+
+from tmcm34x import clock
+from tmcm34x.links import Link, Peer, Send
+from tmcm34x.server.pace import Pace
+
+if TYPE_CHECKING:
+    from tmcm34x.bench import Rig
+    from tmcm34x.server.store import Store
+    from tmcm34x.server.telegram_log import TelegramLog
+
+SLICE_S: Final = 0.0002
+"""Longest work on virtual time between two looks at the links."""
+MAX_LAG_S: Final = 1.0
+"""A bench that lags more than this behind the wall clock gives up catching up: the time is lost."""
+
+_FAR_S: Final = 1e6
+"""Longest sleep; the event loop takes no longer one."""
+
+
+class Server:
+    """A bench with its links.
+
+    speed: see `Pace`
+    monotonic: the wall clock [s]
+    stores: what keeps the modules' memories
+    log: where telegrams are written down
+
+    `open` and `close` belong to a running event loop; `catch_up` needs none.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        *,
+        speed: float = 1.0,
+        monotonic: Callable[[], float] = time.monotonic,
+        stores: Sequence[Store] = (),
+        log: TelegramLog | None = None,
+    ) -> None:
+        self.rig = rig
+        self.pace = Pace(speed, monotonic)
+        self.pace.draw(rig.now)
+        self._stores = stores
+        self.log = log
+        self._links: list[Link] = []
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._timer: asyncio.TimerHandle | None = None
+        self._timer_s = 0.0
+
+    async def open(self, link: Link) -> str:
+        """Serve clients of `link`; returns the address that they use.  Raises `LinkError`."""
+        self._loop = asyncio.get_running_loop()
+        address = await link.open(lambda name, send: self.connect(name, send, link.latency_ms))
+        self._links.append(link)
+        self.settle()
+        return address
+
+    async def close(self) -> None:
+        """Hang up everywhere and save what is not saved yet."""
+        for link in self._links:
+            link.close()
+        self._links.clear()
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self._loop = None
+        for store in self._stores:
+            await store.close()
+
+    def connect(self, name: str, send: Send, latency_ms: int = 0) -> Peer:
+        """The modules' end of a new client's line: a `Connect` for links, or for a client in this process."""
+        return _Line(self, name, send, latency_ms)
+
+    def catch_up(self) -> bool:
+        """Bring virtual time to now, or as near as one slice of work allows; says whether it got there.
+
+        Call it before anything that looks at the bench or touches it from outside, and `settle` afterwards.
+        """
+        rig = self.rig
+        target = self.pace.target()
+        if rig.next_event() <= target and not self._work(target):
+            return False
+        if target < clock.NEVER:
+            rig.advance(target)
+        return True
+
+    def settle(self) -> None:
+        """Look ahead: set the timer for the next event, and have written memories saved."""
+        for store in self._stores:
+            if store.changed:
+                store.save_soon()
+        when = self.rig.next_event()
+        if when < clock.NEVER and self._loop is not None:
+            self._set_timer(self._loop, self.pace.due_s(when))
+
+    def change_pace(self, speed: float | None = None, paused: bool | None = None) -> None:
+        """Go on at another speed, or stop, or go on."""
+        self.catch_up()
+        self.pace.draw(self.rig.now, speed, paused)
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self.settle()
+
+    def _work(self, target: int) -> bool:
+        """Run the events up to `target`, for one slice at most; says whether all are done."""
+        rig, monotonic = self.rig, self.pace.monotonic
+        end_s = monotonic() + SLICE_S
+        while (when := rig.next_event()) <= target:
+            if when == clock.NEVER:
+                break
+            rig.advance(when)
+            if (wall_s := monotonic()) >= end_s:
+                if wall_s - self.pace.due_s(rig.now) > MAX_LAG_S:
+                    self.pace.draw(rig.now)
+                return rig.next_event() > target
+        return True
+
+    def _set_timer(self, loop: asyncio.AbstractEventLoop, due_s: float) -> None:
+        # A timer that fires too early does no harm, so a pending one is only ever replaced by an earlier one.
+        if self._timer is not None:
+            if self._timer_s <= due_s:
+                return
+            self._timer.cancel()
+            self._timer = None
+        if due_s < math.inf:
+            self._timer_s = due_s
+            self._timer = loop.call_later(min(due_s - self.pace.monotonic(), _FAR_S), self._wake)
+
+    def _wake(self) -> None:
+        self._timer = None
+        self.catch_up()
+        self.settle()
+
+
+class _Line:
+    """The modules' end of one client's line: a port at each module, all of which hear every byte."""
+
+    def __init__(self, server: Server, name: str, send: Send, latency_ms: int) -> None:
+        self._server = server
+        self._log = server.log and server.log.line(name)
+        self._send = send
+        reply = send if self._log is None else self._log_and_send
+        self._ports = [(module, module.open_serial_port(reply)) for module in server.rig.modules]
+        self._receivers = tuple(port.receive for _, port in self._ports)
+
+    def receive(self, data: bytes) -> None:
+        self._server.catch_up()
+        if self._log is not None:
+            self._log.add(self._server.rig.now, ">", data, text=self._speaks_ascii())
+        for receive in self._receivers:
+            receive(data)
+        self._server.settle()
+
+    def disconnect(self) -> None:
+        for module, port in self._ports:
+            module.close_serial_port(port)
+
+    def _speaks_ascii(self) -> bool:
+        return any(port.ascii_mode for _, port in self._ports)
+
+    def _log_and_send(self, data: bytes) -> None:
+        assert self._log is not None
+        self._log.add(self._server.rig.now, "<", data, text=self._speaks_ascii())
+        self._send(data)
