@@ -1,0 +1,46 @@
+"""Devices on the external SPI bus, which SAC reaches.
+
+A device has `exchange(data, nbytes)`: it takes so many bytes, most significant first, and gives as many back in the
+same transfer.
+"""
+
+from __future__ import annotations
+
+
+class Echo:
+    """Returns what is sent, as a wire from data out to data in does."""
+
+    def exchange(self, data: int, nbytes: int) -> int:
+        """One transfer."""
+        del nbytes
+        return data
+
+
+class ShiftRegister:
+    """A chain of shift registers of `size` bytes: what is sent comes back `size` bytes later.
+
+    `latched` is what stands in the register after a transfer: the outputs of a 74HC595.
+    """
+
+    def __init__(self, size: int = 1) -> None:
+        self.size = size
+        self.latched = 0
+
+    def exchange(self, data: int, nbytes: int) -> int:
+        """One transfer."""
+        shifted = self.latched << 8 * nbytes | data
+        self.latched = shifted & (1 << 8 * self.size) - 1
+        return shifted >> 8 * self.size
+
+
+class Buttons:
+    """Parallel inputs read as bytes, as a chain of 74HC165 gives them; `inputs` is what stands there."""
+
+    def __init__(self, size: int = 1, inputs: int = 0) -> None:
+        self.size = size
+        self.inputs = inputs
+
+    def exchange(self, data: int, nbytes: int) -> int:
+        """One transfer: the inputs first, then what was shifted in behind them."""
+        shifted = self.inputs << 8 * nbytes | data
+        return shifted >> 8 * self.size
