@@ -16,13 +16,13 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Final, Literal, NamedTuple
 
-from tmcm34x.tmcl.commands import BY_MNEMONIC, CALC_TYPES, FOREIGN_COMMANDS, PROGRAM_SIZE
+from tmcm34x.tmcl.commands import BY_MNEMONIC, FOREIGN_COMMANDS, PROGRAM_SIZE
 from tmcm34x.tmcl.commands import Command as Row
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.diagnostics import Diagnostic, Location, has_errors, shown
 from tmcm34x.toolchain.expressions import FUNCTIONS, Expression, ExpressionError, evaluate
 from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Line, parse_line
-from tmcm34x.toolchain.tokens import Token, split_lines
+from tmcm34x.toolchain.tokens import Token, make, split_lines
 
 IncludeReader = Callable[[str, str], tuple[str, str]]
 """Called with a file as an `#include` names it and with the name of the including file; returns the full
@@ -33,7 +33,6 @@ _SUGGESTIONS: Final = 50
 """Misspelt names of one text that get a suggestion: looking for one takes a while."""
 
 _FIELDS: Final = {"type": 0, "motor": 1, "value": 2}
-_CALC_NOT: Final = float(dict(CALC_TYPES)["NOT"])
 _DATA_FIELDS: Final = ("number", "type", "motor", "value")
 
 
@@ -123,38 +122,26 @@ def assemble(
 
 
 class _Shape(NamedTuple):
-    """A row of the command table as the second pass wants it."""
+    """A row of the command table as the second pass wants it: by operands and spare numbers in source order."""
 
     row: Row
-    fields: tuple[int, ...]
-    """Of operands and spare numbers, in source order."""
-    words: tuple[Mapping[str, float] | None, ...]
-    addresses: tuple[bool, ...]
     required: int
+    places: tuple[tuple[int, Mapping[str, int] | None, bool], ...]
+    """Of each one: the field it fills, its words if it has any, and whether it is an address."""
 
 
 def _shape(row: Row) -> _Shape:
-    spare = len(row.spare)
-    return _Shape(
-        row,
-        tuple(_FIELDS[name] for name in (*(o.field for o in row.operands), *row.spare)),
-        (*(MappingProxyType({w: float(n) for w, n in o.words}) if o.words else None for o in row.operands),
-         *(None,) * spare),
-        (*(o.kind == "address" for o in row.operands), *(False,) * spare),
-        sum(o.required for o in row.operands),
-    )  # fmt: skip
+    operands = [(_FIELDS[o.field], dict(o.words) or None, o.kind == "address") for o in row.operands] + [
+        (_FIELDS[name], None, False) for name in row.spare
+    ]
+    return _Shape(row, sum(o.required for o in row.operands), tuple(operands))
 
 
 _SHAPES: Final = MappingProxyType({mnemonic: _shape(row) for mnemonic, row in BY_MNEMONIC.items()})
 
 
-class _Pending(NamedTuple):
-    """An instruction between the passes."""
-
-    statement: Command | Data
-    file: str
-    number: int
-    line: Line
+_Pending = tuple[Command | Data, str, int, Line]
+"""An instruction between the passes: its statement, file, line number and line."""
 
 
 class _Assembler:
@@ -189,6 +176,7 @@ class _Assembler:
     def walk(self, file_name: str, text: str) -> None:
         self.sources[file_name] = texts = split_lines(text)
         self.lines[file_name] = lines = list(map(parse_line, texts))
+        pending = self.pending
         self.open_files.append(file_name)
         self.file = file_name
         for number, line in enumerate(lines, 1):
@@ -200,13 +188,13 @@ class _Assembler:
             statement = line.statement
             if statement is None:
                 continue
-            if isinstance(statement, Constant):
+            if isinstance(statement, Command | Data):
+                pending.append((statement, file_name, number, line))
+            elif isinstance(statement, Constant):
                 self.constant(statement, line)
-            elif isinstance(statement, Include):
+            else:
                 self.include_file(statement)
                 self.file = file_name
-            else:
-                self.pending.append(_Pending(statement, file_name, number, line))
         self.open_files.pop()
 
     def include_file(self, statement: Include) -> None:
@@ -266,42 +254,40 @@ class _Assembler:
             location = self.location(statement.keyword.start, statement.end)
             return Code(None, self.data(statement), location, line)
         mnemonic = statement.mnemonic
-        location = Location(self.file, self.number, mnemonic.start + 1, statement.end + 1)
+        location = make(Location, (self.file, self.number, mnemonic.start + 1, statement.end + 1))
         shape = _SHAPES.get(mnemonic.text.upper())
         if shape is None:
             self.unknown_command(statement)
             return Code(None, None, location, line)
-        return Code(shape.row, self.command(statement, shape), location, line)
+        return make(Code, (shape.row, self.command(statement, shape), location, line))
 
     def command(self, statement: Command, shape: _Shape) -> Instruction | None:
         operands = statement.operands
         count = len(operands)
-        if not shape.required <= count <= len(shape.fields) and not self.right_count(statement, shape):
+        if not shape.required <= count <= len(shape.places) and not self.right_count(statement, shape):
             return None
         fields = [0, 0, 0]
         good = True
-        for index, operand in enumerate(operands):
+        for operand, (target, words, address) in zip(operands, shape.places, strict=False):
             if operand is None:
                 good = False
                 continue
-            words = shape.words[index]
-            target = shape.fields[index]
-            value = (
-                self.word(operand, words, shape.row)
-                if words is not None
-                else self.integer(operand, target, shape.addresses[index])
-            )
+            if words is None:
+                value = self.integer(operand, target, address)
+            elif operand.name is None or (value := words.get(operand.name.text.upper())) is None:
+                value = None
+                self.wrong_word(operand, words, shape.row)
             if value is None:
                 good = False
             else:
                 fields[target] = value
-        return Instruction(shape.row.number, *fields) if good else None
+        return make(Instruction, (shape.row.number, *fields)) if good else None
 
     def right_count(self, statement: Command, shape: _Shape) -> bool:
         """Whether another number of operands than the row's is still right; reports when not."""
         row, operands, mnemonic = shape.row, statement.operands, statement.mnemonic
-        if len(operands) > len(shape.fields):
-            extra = operands[len(shape.fields)]
+        if len(operands) > len(shape.places):
+            extra = operands[len(shape.places)]
             start, end = (extra.start, statement.end) if extra else (mnemonic.start, statement.end)
             self.report("E204", start, end, f"too many operands for {row.mnemonic}: {row.syntax}")
             return False
@@ -314,22 +300,16 @@ class _Assembler:
         self.report("E203", mnemonic.start, statement.end, f"{row.mnemonic} needs a {missing}: {row.syntax}")
         return False
 
-    def word(self, operand: Expression, words: Mapping[str, float], row: Row) -> int | None:
+    def wrong_word(self, operand: Expression, words: Mapping[str, int], row: Row) -> None:
         name = operand.name
-        if name is not None:
-            number = words.get(name.text.upper())
-            if number is not None:
-                return int(number)
-        text = name.text if name is not None else ""
-        suggestion = self.suggestion(text, words) if text else ""
-        expected = ", ".join(words)
-        self.report(
-            "E205", operand.start, operand.end, f"{row.mnemonic} takes one of {expected} here{suggestion}"
-        )
-        return None
+        suggestion = self.suggestion(name.text, words) if name is not None else ""
+        text = f"{row.mnemonic} takes one of {', '.join(words)} here{suggestion}"
+        self.report("E205", operand.start, operand.end, text)
 
     def integer(self, operand: Expression, target: int, address: bool) -> int | None:
         value = operand.value
+        if value is not None and 0 <= value <= 255 and value.is_integer():
+            return int(value)
         if value is None:
             try:
                 if address and operand.name is not None:

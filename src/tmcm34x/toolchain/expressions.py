@@ -94,8 +94,9 @@ Step = tuple[str, Token, object]
 class Expression(NamedTuple):
     """A compiled expression at the columns `start` to `end` of its line.
 
-    value: its value when it is a number alone; else None
-    name: the token when it is a name alone; else None
+    value: of a number that stands alone, with or without a minus
+    name: the token of a name that stands alone
+    steps: of everything else
     """
 
     start: int
@@ -120,7 +121,9 @@ def compile_expression(tokens: Sequence[Token]) -> Expression:
         if first.kind == "number":
             return Expression(first.start, first.end, number_value(first.text), None, ())
         if first.kind == "name":
-            return Expression(first.start, first.end, None, first, (("name", first, None),))
+            return Expression(first.start, first.end, None, first, ())
+    elif len(tokens) == 2 and first.text == "-" and tokens[1].kind == "number":
+        return Expression(first.start, tokens[1].end, -number_value(tokens[1].text), None, ())
     return _Compiler(tokens).run()
 
 
@@ -200,6 +203,8 @@ def evaluate(expression: Expression, value_of: Callable[[Token], float]) -> floa
     """The expression's value; `value_of` gives those of names, and may raise `ExpressionError` itself."""
     if expression.value is not None:
         return expression.value
+    if expression.name is not None:
+        return value_of(expression.name)
     stack: list[float] = []
     for kind, token, what in expression.steps:
         if kind == "number":

@@ -28,10 +28,17 @@ from tmcm34x.toolchain.expressions import (
     lexical_error,
     quoted,
 )
-from tmcm34x.toolchain.tokens import Token, tokenize
+from tmcm34x.toolchain.tokens import BLANK, Token, make, tokenize
 
-_DATA: Final = re.compile(r"//!\s*(DATA)\b", re.IGNORECASE)
-_INCLUDE: Final = re.compile(r"[\s\xa0\ufeff]*(#\s*(\w*))[ \t]*", re.ASCII)
+_BLANKS: Final = rf"{BLANK}*+"
+_NAME: Final = r"[A-Za-z_]\w*+"
+_LABEL: Final = re.compile(rf"({_NAME}){_BLANKS}:", re.ASCII)
+_HEAD: Final = re.compile(rf"{_BLANKS}((?:{_NAME}{_BLANKS}:{_BLANKS})*+)({_NAME})?{_BLANKS}(=)?", re.ASCII)
+_NEXT_WORD: Final = re.compile(rf"{_BLANKS}({_NAME})", re.ASCII)
+_PLAIN: Final = re.compile(rf"{_BLANKS}(?:(-?\d{{1,15}}+)|({_NAME})){_BLANKS}", re.ASCII)
+"""Nearly all operands: a whole number or a name."""
+_DATA: Final = re.compile(rf"//!{_BLANKS}(DATA)\b", re.IGNORECASE | re.ASCII)
+_INCLUDE: Final = re.compile(rf"{_BLANKS}(#{_BLANKS}(\w*)){_BLANKS}", re.ASCII)
 
 
 class Problem(NamedTuple):
@@ -88,101 +95,104 @@ class Line(NamedTuple):
 
 def parse_line(text: str) -> Line:
     """The statement in one line, its labels and comment, and what is wrong with it."""
-    tokens = tokenize(text)
-    if not tokens:
-        return _EMPTY
-    if tokens[0].text == "#":
-        return _include(text)
-    comment = tokens.pop() if tokens[-1].kind == "comment" else None
-    first = 0
-    while first + 1 < len(tokens) and tokens[first + 1].text == ":" and tokens[first].kind == "name":
-        first += 2
-    labels = tuple(tokens[:first:2])
-    if comment is not None and first == len(tokens):
-        pragma = _DATA.match(comment.text)
-        if pragma is not None:
-            return _data(text, labels, comment, pragma)
-    if first == len(tokens):
-        return Line(labels, None, comment, ())
+    slashes = text.find("//")
+    end = len(text) if slashes < 0 else slashes
+    comment = None if slashes < 0 else make(Token, ("comment", text[slashes:], slashes, len(text)))
+    head = _HEAD.match(text, 0, end)
+    assert head is not None
+    names, name, equals = head.groups()
+    labels = _labels(text, head.start(1), head.end(1)) if names else ()
     problems: list[Problem] = []
-    if _is_label_without_colon(tokens, first):
-        head = tokens[first]
-        problems.append(Problem("E103", head.start, head.end, f"a label ends with ':': {shown(head.text)}:"))
-        labels, first = (*labels, head), first + 1
-    statement = _statement(tokens, first, problems)
-    return Line(labels, statement, comment, tuple(problems))
-
-
-_EMPTY: Final = Line((), None, None, ())
-
-
-def _statement(tokens: list[Token], first: int, problems: list[Problem]) -> Statement | None:
-    head = tokens[first]
-    if head.kind != "name":
-        problems.append(_bad_head(head))
-        return None
-    if first + 1 < len(tokens) and tokens[first + 1].text == "=":
-        equals = tokens[first + 1]
-        value = _expression(tokens[first + 2 :], equals, problems)
-        return Constant(head, value)
-    return Command(head, _operands(tokens, first + 1, problems), tokens[-1].end)
-
-
-def _is_label_without_colon(tokens: list[Token], first: int) -> bool:
-    """Whether the name at `first` is no command but stands before one."""
-    return (
-        first + 1 < len(tokens)
-        and tokens[first].kind == "name"
-        and tokens[first + 1].text.upper() in BY_MNEMONIC
-        and tokens[first].text.upper() not in BY_MNEMONIC
-    )
-
-
-def _bad_head(head: Token) -> Problem:
-    if head.kind in ("malformed", "stray"):
-        error = lexical_error(head)
-        return Problem(error.code, error.start, error.end, error.text)
-    return Problem(
-        "E103", head.start, head.end, f"a command, label or constant is missing before {quoted(head)}"
-    )
-
-
-def _operands(tokens: list[Token], first: int, problems: list[Problem]) -> tuple[Expression | None, ...]:
-    """The operands in `tokens` from index `first` on, separated by commas."""
-    count = len(tokens)
-    if first == count:
-        return ()
-    operands: list[Expression | None] = []
-    start = first
-    for index in range(first, count):
-        if tokens[index].text == ",":
-            operands.append(_expression(tokens[start:index], tokens[index], problems))
-            start = index + 1
-    operands.append(_expression(tokens[start:], tokens[-1], problems))
-    return tuple(operands)
-
-
-def _expression(tokens: list[Token], beside: Token, problems: list[Problem]) -> Expression | None:
-    if not tokens:
-        problems.append(
-            Problem("E103", beside.start, beside.end, f"an operand is missing beside '{beside.text}'")
+    if name is None:
+        if head.end() < end:
+            return _without_name(text, labels, comment, head.end(2) if equals is None else head.start(3), end)
+        pragma = None if comment is None else _DATA.match(comment.text)
+        if pragma is not None:
+            return _data(text, labels, slashes, pragma)
+        return Line(labels, None, comment, ())
+    token = make(Token, ("name", name, *head.span(2)))
+    if equals is not None:
+        return Line(
+            labels, Constant(token, _operand(text, head.end(), end, problems)), comment, tuple(problems)
         )
-        return None
+    start = token.end
+    if name.upper() not in BY_MNEMONIC:
+        following = _NEXT_WORD.match(text, start, end)
+        if following is not None and following.group(1).upper() in BY_MNEMONIC:
+            problems.append(Problem("E103", token.start, start, f"a label ends with ':': {shown(name)}:"))
+            labels = (*labels, token)
+            token = Token("name", following.group(1), *following.span(1))
+            start = token.end
+    operands, last = _operands(text, start, end, problems)
+    return make(Line, (labels, make(Command, (token, operands, last)), comment, tuple(problems)))
+
+
+def _labels(text: str, start: int, end: int) -> tuple[Token, ...]:
+    return tuple(Token("name", match[1], *match.span(1)) for match in _LABEL.finditer(text, start, end))
+
+
+def _operands(
+    text: str, start: int, end: int, problems: list[Problem]
+) -> tuple[tuple[Expression | None, ...], int]:
+    """The operands between two columns, separated by commas; and where the last one ends."""
+    segments = text[start:end].split(",")
+    if len(segments) == 1 and not segments[0].strip():
+        return (), start
+    operands: list[Expression | None] = []
+    for segment in segments:
+        stop = start + len(segment)
+        operands.append(_operand(text, start, stop, problems))
+        start = stop + 1
+    last = operands[-1]
+    return tuple(operands), end if last is None else last.end
+
+
+def _operand(text: str, start: int, end: int, problems: list[Problem]) -> Expression | None:
+    """The expression between two columns."""
+    plain = _PLAIN.fullmatch(text, start, end)
+    if plain is not None:
+        number, name = plain.groups()
+        if name is None:
+            return make(Expression, (*plain.span(1), float(number), None, ()))
+        start, end = plain.span(2)
+        return make(Expression, (start, end, None, make(Token, ("name", name, start, end)), ()))
+    tokens = tokenize(text, start, end)
     try:
-        return compile_expression(tokens)
+        if tokens:
+            return compile_expression(tokens)
+        place, what = (
+            (start - 1, start) if text[start - 1] in ",=" else (start, start + 1),
+            "an operand is missing",
+        )
+        problems.append(Problem("E103", *place, what))
     except ExpressionError as error:
         problems.append(Problem(error.code, error.start, error.end, error.text))
-        return None
+    return None
 
 
-def _data(text: str, labels: tuple[Token, ...], comment: Token, pragma: re.Match[str]) -> Line:
-    start, end = pragma.span(1)
-    keyword = Token("name", pragma.group(1), comment.start + start, comment.start + end)
-    tokens = [keyword, *tokenize(text, keyword.end)]
-    rest = tokens.pop() if tokens[-1].kind == "comment" else None
+def _without_name(text: str, labels: tuple[Token, ...], comment: Token | None, start: int, end: int) -> Line:
+    """A line whose statement does not begin with a name."""
+    head = tokenize(text, start, end)[0]
+    if head.text == "#" and not labels:
+        return _include(text)
+    if head.kind in ("malformed", "stray"):
+        error = lexical_error(head)
+        problem = Problem(error.code, error.start, error.end, error.text)
+    else:
+        what = f"a command, label or constant is missing before {quoted(head)}"
+        problem = Problem("E103", head.start, head.end, what)
+    return Line(labels, None, comment, (problem,))
+
+
+def _data(text: str, labels: tuple[Token, ...], slashes: int, pragma: re.Match[str]) -> Line:
+    first, start = (slashes + column for column in pragma.span(1))
+    keyword = Token("name", pragma.group(1), first, start)
+    slashes = text.find("//", start)
+    end = len(text) if slashes < 0 else slashes
+    comment = None if slashes < 0 else Token("comment", text[slashes:], slashes, len(text))
     problems: list[Problem] = []
-    operands = _operands(tokens, 1, problems)
-    return Line(labels, Data(keyword, operands, tokens[-1].end), rest, tuple(problems))
+    operands, last = _operands(text, start, end, problems)
+    return Line(labels, Data(keyword, operands, last), comment, tuple(problems))
 
 
 def _include(text: str) -> Line:
