@@ -9,12 +9,15 @@ Source: manual 6.5 (grammar), 6.6.1 (blanks and commas alike in the ASCII interf
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Final
 
 from tmcm34x.tmcl.commands import BY_MNEMONIC, BY_NUMBER, FOREIGN_COMMANDS, Command, Field, Operand
 from tmcm34x.tmcl.datagram import Instruction
 
 _NUMBER: Final = re.compile(r"([+-]?)(?:(\d+)|\$([0-9a-f]+)|%([01]+))\Z", re.IGNORECASE)
+_NO_LABELS: Final[Mapping[int, str]] = MappingProxyType({})
 _FIELDS: Final[tuple[Field, ...]] = ("type", "motor", "value")
 
 
@@ -29,8 +32,10 @@ class MnemonicError(ValueError):
         self.known = known
 
 
-def format_instruction(instruction: Instruction) -> str:
+def format_instruction(instruction: Instruction, labels: Mapping[int, str] = _NO_LABELS) -> str:
     """`instruction` as source text; unused fields are shown only where they are not 0.
+
+    labels: names of addresses, shown instead of their numbers as the targets of jumps
 
     A number that is no command with a mnemonic becomes `<number> <type>, <motor>, <value>`, which
     `parse_instruction` takes back.
@@ -38,7 +43,7 @@ def format_instruction(instruction: Instruction) -> str:
     row = BY_NUMBER.get(instruction.number)
     if row is None or not row.mnemonic:
         return f"{instruction.number} {instruction.type}, {instruction.motor}, {instruction.value}"
-    texts = [_format_operand(operand, getattr(instruction, operand.field)) for operand in row.operands]
+    texts = [_format_operand(operand, getattr(instruction, operand.field), labels) for operand in row.operands]
     if any(text is None for text in texts):
         return f"{instruction.number} {instruction.type}, {instruction.motor}, {instruction.value}"
     spare = [getattr(instruction, field) for field in row.spare]
@@ -99,7 +104,9 @@ def _parse_number(text: str) -> int:
     return -value if sign == "-" else value
 
 
-def _format_operand(operand: Operand, value: int) -> str | None:
+def _format_operand(operand: Operand, value: int, labels: Mapping[int, str]) -> str | None:
+    if operand.kind == "address":
+        return labels.get(value, str(value))
     if operand.kind != "word":
         return f"${value:x}" if operand.kind == "motor" and value > 9 else str(value)
     return next((word for word, number in operand.words if number == value), None)
