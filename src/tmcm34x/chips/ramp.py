@@ -23,7 +23,7 @@ Source: TMC429 datasheet 8.1; model: docs/fidelity/chips.md CHIP-1 to CHIP-8.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from math import isqrt
 from typing import Final, NamedTuple
 
@@ -103,6 +103,8 @@ class State(NamedTuple):
     """Whether the last ramp tick took speed away because of a stop switch."""
     rest: int = 0
     """Tick since which v is zero; while it is not, some earlier tick."""
+    down: bool = False
+    """Whether the motion, or the last one, is toward lower positions."""
 
 
 class Part:
@@ -132,6 +134,7 @@ class Part:
             a,
             self.stopping,
             rest,
+            self.direction < 0 if speed or start.v else start.down,
         )
 
 
@@ -172,6 +175,11 @@ class Coast(Part):
         ramps = (n >> axis.ramp_div) - (start.n >> axis.ramp_div)
         a = self.a if ramps == 1 else start.a if ramps == 0 else 0
         return self.state(n, speed, steps, acc, a=a, rest=start.rest if start.v == 0 else start.n + 1)
+
+    def steps(self, after: int, until: int) -> Iterator[int]:
+        """The ticks of the steps within after + 1 .. until, both of the part."""
+        for step in range(self.moved(after) + 1, self.moved(until) + 1):
+            yield self.when(step)
 
 
 class Change(Part):
@@ -237,6 +245,16 @@ class Change(Part):
         steps, acc = divmod(self._weight(n), 2048)
         speed = self.speed + self.step * ramps
         return self.state(n, speed, steps, acc, a=self.direction * self.step, rest=n & ~axis.ramp_mask)
+
+    def steps(self, after: int, until: int) -> Iterator[int]:
+        """The ticks of the steps within after + 1 .. until, both of the part."""
+        axis = self.axis
+        while after < until:
+            rest = min(until, after + 1 | axis.ramp_mask)
+            state = self.at(after + 1)
+            begin = self.at(after)._replace(v=state.v)
+            yield from Coast(axis, begin, self.direction, abs(state.v), rest).steps(after, rest)
+            after = rest
 
 
 class Braking(Part):
@@ -387,20 +405,22 @@ class Axis:
         "a_max",
         "begin",
         "dense",
+        "dx_ref_tolerance",
         "factor",
         "left",
         "mode",
-        "p_div",
-        "p_mul",
         "parts",
+        "pdiv",
+        "pmul",
         "pulse_div",
         "ramp_div",
         "ramp_mask",
         "right",
         "rise",
+        "seen",
         "shift",
         "soft_stop",
-        "tolerance",
+        "usrs",
         "v_max",
         "v_min",
         "v_target",
@@ -411,11 +431,11 @@ class Axis:
     def __init__(self) -> None:
         self.mode = RAMP
         self.x_target = self.v_min = self.v_max = self.v_target = self.a_max = 0
-        self.p_mul, self.p_div = 128, 0
+        self.pmul, self.pdiv = 128, 0
         self.ramp_div = self.pulse_div = 0
-        self.wave_step = 64
+        self.usrs = 0
         self.left = self.right = self.soft_stop = False
-        self.tolerance = 0
+        self.dx_ref_tolerance = 0
         self.parts: list[AnyPart] = []
         self.cut(State())
 
@@ -423,22 +443,27 @@ class Axis:
 
     def cut(self, state: State) -> None:
         """Start a new chain at `state`."""
+        self.ramp_div = min(self.ramp_div, 13)
+        self.pulse_div = min(self.pulse_div, 13)
+        self.wave_step = 64 >> min(self.usrs, 6)
         self.ramp_mask = (1 << self.ramp_div) - 1
         self.rise = self.ramp_div - self.pulse_div
-        self.shift = 3 + self.p_div
-        self.factor = self.p_mul if self.mode == SOFT else self.p_mul << 11
-        self.dense = self.mode == RAMP and self.rise >= 0 and 8 << self.p_div < self.p_mul << self.rise
+        self.shift = 3 + self.pdiv
+        self.factor = self.pmul if self.mode == SOFT else self.pmul << 11
+        self.dense = self.mode == RAMP and self.rise >= 0 and 8 << self.pdiv < self.pmul << self.rise
         self.parts.clear()
-        self.begin = state
+        self.begin = self.seen = state
 
     def at(self, n: int) -> State:
         """The state after tick n, which must not be earlier than the last `cut`."""
-        return self._part(n).at(n) if n > self.begin.n else self.begin
+        if n != self.seen.n:
+            self.seen = self._part(n).at(n) if n > self.begin.n else self.begin
+        return self.seen
 
-    def next_mark(self, n: int, steps: Callable[[Axis, State, int], int]) -> int:
+    def next_mark(self, n: int, steps: Callable[[State, int], int]) -> int:
         """The first tick after n that somebody could want to be told of, or `LAST`.
 
-        `steps(axis, state, direction)` says after how many steps in a direction a position is noticed.
+        `steps(state, direction)` says after how many steps in a direction a position is noticed.
         """
         part = self._part(n + 1)
         while True:
@@ -447,12 +472,22 @@ class Axis:
             if mark == seen + 1:
                 return mark
             if part.moves:
-                wanted = part.moved(seen) + steps(self, part.at(seen), part.direction)
+                wanted = part.moved(seen) + steps(part.at(seen), part.direction)
                 if part.end == LAST or part.moved(part.end) >= wanted:
                     mark = min(mark, part.when(wanted))
             if mark < LAST or part.end == LAST:
                 return mark
             part = self._part(part.end + 1)
+
+    def steps(self, after: int, until: int) -> Iterator[tuple[int, int]]:
+        """Tick and direction of each step within after + 1 .. until; the chain itself is left as it is."""
+        state = self.at(after)
+        while state.n < until:
+            part = self._held(state) or self.simple_part(state)
+            end = min(part.end, until)
+            for tick in part.steps(state.n, end):
+                yield tick, part.direction
+            state = part.at(end)
 
     def forget(self, n: int) -> None:
         """Drop the parts that ended before tick n."""
@@ -506,26 +541,46 @@ class Axis:
             return 0
         return self.allowed(distance) << 8 if distance > 0 else -self.allowed(-distance) << 8
 
+    def v_target_read(self, state: State) -> int:
+        """The V_TARGET register: in ramp and soft mode V_MAX with the sign of the motion, 0 when braking or at rest.
+
+        Source: manual chapter 7, parameter 2; fidelity CHIP-3.
+        """
+        v = state.v
+        if self.mode > SOFT:
+            return self.v_target
+        if v == 0 or state.a * v < 0:
+            return 0
+        sign = -1 if v < 0 else 1
+        aim = sign * self.aim(v, state.x)
+        return 0 if aim < self.v_max << 8 and abs(v) >= aim else sign * self.v_max
+
     def blocked(self, direction: int, x: int) -> bool:
         """Whether a stop switch forbids that direction at x."""
-        if self.tolerance and abs(x) <= self.tolerance:
+        if self.dx_ref_tolerance and abs(x) <= self.dx_ref_tolerance:
             return False
         return self.right if direction > 0 else self.left
 
     # ---- the next part
 
     def _next_part(self, start: State) -> AnyPart:
-        if start.n + 1 & self.ramp_mask:
-            held = Coast(self, start, -1 if start.v < 0 else 1, abs(start.v), start.n | self.ramp_mask)
-            held.stopping = start.stopping
+        if (held := self._held(start)) is not None:
             return held
         if self._brakes(start):
             return Braking(self, start, 1 if self.distance(start.x) > 0 else -1)
         return self.simple_part(start)
 
+    def _held(self, start: State) -> Coast | None:
+        """The rest of a ramp interval that `start` falls into."""
+        if not start.n + 1 & self.ramp_mask:
+            return None
+        part = Coast(self, start, -1 if start.v < 0 else 1, abs(start.v), start.n | self.ramp_mask)
+        part.stopping = start.stopping
+        return part
+
     def _brakes(self, start: State) -> bool:
         """Whether from here on the velocity follows the distance."""
-        if self.mode > SOFT or not self.a_max or (self.tolerance and (self.left or self.right)):
+        if self.mode > SOFT or not self.a_max or (self.dx_ref_tolerance and (self.left or self.right)):
             return False
         aim = self.aim(start.v, start.x)
         direction = 1 if aim > 0 else -1
@@ -631,8 +686,8 @@ class Axis:
             distance = self.distance(x)
             ahead = direction * distance
             room = 1 if distance in (0, -HALF_TURN) else ahead if ahead > 0 else HALF_TURN + ahead
-        if self.tolerance and (self.left or self.right):
-            inside, outside = -direction * self.tolerance, direction * (self.tolerance + 1)
+        if self.dx_ref_tolerance and (self.left or self.right):
+            inside, outside = -direction * self.dx_ref_tolerance, direction * (self.dx_ref_tolerance + 1)
             room = min(
                 room, (direction * (inside - x) - 1) % TURN + 1, (direction * (outside - x) - 1) % TURN + 1
             )
