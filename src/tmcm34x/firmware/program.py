@@ -23,8 +23,18 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from tmcm34x.clock import MS, NEVER
 from tmcm34x.firmware.machine import ERROR_FLAGS, Machine, Registers
-from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS
-from tmcm34x.tmcl.commands import BY_MNEMONIC, BY_NUMBER, MOTORS, PROGRAM_SIZE, USER_VARIABLES, WAIT_TYPES
+from tmcm34x.firmware.motion import A_ACTUAL, V_ACTUAL, V_TARGET
+from tmcm34x.tmcl import axis_parameters
+from tmcm34x.tmcl.commands import (
+    BY_MNEMONIC,
+    BY_NUMBER,
+    CONTROL_FUNCTIONS,
+    MOTORS,
+    PROGRAM_SIZE,
+    RFS_TYPES,
+    USER_VARIABLES,
+    WAIT_TYPES,
+)
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS
 from tmcm34x.tmcl.status import Status
@@ -41,15 +51,26 @@ _WAIT: Final = BY_MNEMONIC["WAIT"].number
 _WAITS: Final = dict(WAIT_TYPES)
 _GAP: Final = BY_MNEMONIC["GAP"].number
 _GGP: Final = BY_MNEMONIC["GGP"].number
+_GCO: Final = BY_MNEMONIC["GCO"].number
+_RFS: Final = BY_MNEMONIC["RFS"].number
+_RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
 _READING: Final = frozenset(row.number for row in BY_MNEMONIC.values() if "reads" in row.where)
+_CONTROL: Final = frozenset(row.number for row in CONTROL_FUNCTIONS)
 _POLLS: Final = frozenset(BY_MNEMONIC[name].number for name in ("GIO", "GCO", "SIO"))
 """Commands that change nothing when repeated before anything else happens."""
 _SETTINGS: Final = frozenset(
-    row.number for row in AXIS_PARAMETERS if row.stored or row.key in {
+    row.number for row in axis_parameters.AXIS_PARAMETERS if row.stored or row.key in {
         "target_position", "position_reached", "reference_switch", "left_switch", "right_switch", "ramp_mode",
+        "end_switch_distance", "group_index",
     }
 )  # fmt: skip
 """Axis parameters that change only when somebody does something, or at an event of the motion chip."""
+_ACTUAL_POSITION: Final = axis_parameters.BY_KEY["actual_position"].number
+_MOVING: Final = frozenset(
+    axis_parameters.BY_KEY[key].number
+    for key in ("actual_position", "target_speed", "actual_speed", "actual_acceleration")
+)
+"""Axis parameters that follow the motion."""
 _RESTLESS_GLOBALS: Final = frozenset(
     row.number for row in GLOBAL_PARAMETERS if row.key in {
         "datagram_low_word", "datagram_high_word", "program_counter", "tick_timer", "random_number",
@@ -429,11 +450,14 @@ class Program:
     def _execute_command(self, instruction: Instruction, address: int, now: int) -> int | None:
         """Let the module execute a command; gives back the value read, if it reads one."""
         self._go_on(address, now)
-        status, value = self._module.execute_in_program(instruction)
+        if instruction.number in _CONTROL:
+            status, value = Status.NOT_AVAILABLE, 0
+        else:
+            status, value = self._module.dispatcher.execute(instruction)
         if status != Status.OK:
-            self.last_error = ProgramError(address, status)
+            self.last_error = ProgramError(address, Status(status))
             return None
-        if instruction.number not in _READING:
+        if not _reads(instruction):
             return None
         self.registers.load(value)
         return value
@@ -515,13 +539,20 @@ class Program:
         """Whether executing the command again before the board's next event has no effect and the same result."""
         number, type_, motor, _ = instruction
         if number == _GAP:
-            return type_ in _SETTINGS or self._at_rest(motor)
+            return type_ in _SETTINGS or (type_ in _MOVING and motor < MOTORS and self._steady(type_, motor))
         if number == _GGP:
             return type_ not in _RESTLESS_GLOBALS
+        if number == _RFS:
+            return type_ == _RFS_STATUS
         return number in _POLLS
 
-    def _at_rest(self, motor: int) -> bool:
-        return False
+    def _steady(self, parameter: int, motor: int) -> bool:
+        """Whether an axis parameter that belongs to the motion keeps its value until the chip's next event."""
+        axis = self._module.axes[motor]
+        speed = axis.read(V_ACTUAL)
+        if speed != axis.read(V_TARGET) or axis.read(A_ACTUAL):
+            return False
+        return not speed or parameter != _ACTUAL_POSITION
 
     def _poll(self, instruction: Instruction, address: int, now: int) -> None:
         """Execute a command that may be part of a polling loop; find out whether the loop is closed."""
@@ -567,3 +598,11 @@ class Program:
             self._go_on(self.registers.counter, self._due)
             if value is not None:
                 self.registers.load(value)
+
+
+def _reads(instruction: Instruction) -> bool:
+    """Whether the command's value goes to the accumulator."""
+    number, type_, motor, _ = instruction
+    if number == _RFS:
+        return type_ == _RFS_STATUS
+    return number in _READING and not (number == _GCO and motor >= MOTORS)
