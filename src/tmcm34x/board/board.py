@@ -1,0 +1,226 @@
+"""A module's circuit board: motion chips, motor drivers, pins.
+
+Two sides.  The firmware exchanges datagrams with the motion chips, reads inputs and sets outputs.  The world
+works the pins: switches, analogue levels, SHUTDOWN, devices on the external SPI bus, motors on the drivers.
+The board itself keeps levels only; what moves in time are the motion chips.
+
+Switch levels are those that the chips see: true is active, whatever polarity the contact has.
+
+Source: manual 2 and 6.7.14, 6.7.15, 6.7.24; wiring: `models`; thresholds and idle levels: fidelity FW-2, FW-3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final, Literal, Protocol
+
+from tmcm34x.board.models import Model
+from tmcm34x.chips.tmc429 import Tmc429
+
+INPUTS: Final = 8
+OUTPUTS: Final = 8
+ANALOG_MAX: Final = 1023
+ANALOG_THRESHOLD: Final = 512
+"""An ADIN line reads 1 as a digital input from here up."""
+SELECTS: Final = 3
+"""Chip select lines of the external SPI bus."""
+
+QUIET_DRIVER: Final = 0xF00
+"""Status word where no driver is attached: no load, no error."""
+DRIVER_BITS: Final = 12
+_DRIVER_MASK: Final = (1 << DRIVER_BITS) - 1
+
+Side = Literal["left", "right"]
+
+
+class SpiDevice(Protocol):
+    """Something on the external SPI bus."""
+
+    def exchange(self, data: int, nbytes: int) -> int:
+        """One transfer of `nbytes` bytes, most significant first; returns as many."""
+        ...
+
+
+class Driver(Protocol):
+    """A motor driver in the motion chip's chain."""
+
+    def transfer(self, word: int) -> int:
+        """Take a control word of 12 bits, return the status word."""
+        ...
+
+
+class Board:
+    """A board of one `model`; all pins idle, nothing attached."""
+
+    def __init__(self, model: Model, *, seed: int = 0) -> None:
+        self.model = model
+        self.chips = tuple(Tmc429(part, seed=seed + n) for n, part in enumerate(model.parts))
+        self.outputs = 0
+        """The eight digital outputs, OUT_0 in bit 0."""
+        self.currents = [0, 0, 0]
+        """Current scaling of each motor's driver, 0..255 of the module's maximum."""
+        self.enabled = [True, True, True]
+        """Whether each motor's driver is switched on; off means freewheeling."""
+        self.on_output: list[Callable[[int], None]] = []
+        """Told the outputs whenever one changes."""
+        self.on_current: list[Callable[[int, int, bool], None]] = []
+        """Told motor, current 0..255 and whether the driver is on, whenever one of them changes."""
+        self.on_pins: list[Callable[[], None]] = []
+        """Told whenever the world changed a switch, an input or SHUTDOWN."""
+        self._analog = [0] * INPUTS
+        self._switches = 0
+        self._shutdown = 0
+        self._spi: list[SpiDevice | None] = [None] * SELECTS
+        self._drivers: list[Driver | None] = [None] * len(model.wiring)
+        if model.drivers is not None:
+            self.chips[0].driver_status = self.driver_statuses
+
+    # Time
+
+    @property
+    def now(self) -> int:
+        """The clock the board has been brought to."""
+        return self.chips[0].now
+
+    def next_event(self) -> int:
+        """The next clock at which a motion chip has something to notice."""
+        return min([chip.next_event() for chip in self.chips])
+
+    def advance(self, now: int) -> None:
+        """Bring the motion chips to clock `now`."""
+        for chip in self.chips:
+            chip.advance(now)
+
+    def reset(self) -> None:
+        """Power-on: chips in their initial state, outputs low, drivers on without current."""
+        for chip in self.chips:
+            chip.reset()
+        self._wire_switches()
+        self.set_outputs(0)
+        for motor in range(len(self.model.wiring)):
+            self.set_current(motor, 0)
+            self.driver_enable(motor, True)
+
+    # The firmware's side
+
+    def wiring(self, motor: int) -> tuple[int, int]:
+        """Index of the motor's chip, and its number within the chip."""
+        return self.model.wiring[motor]
+
+    def bus(self, chip: int) -> Callable[[int], int]:
+        """The wire to a motion chip: takes a 32-bit datagram, returns the reply."""
+        return self.chips[chip].transfer
+
+    def transfer(self, chip: int, datagram: int) -> int:
+        """Exchange one 32-bit datagram with a motion chip."""
+        return self.chips[chip].transfer(datagram)
+
+    def digital_inputs(self) -> int:
+        """The eight inputs IN_0..IN_7 as bits."""
+        return sum((level >= ANALOG_THRESHOLD) << n for n, level in enumerate(self._analog))
+
+    def analog_input(self, n: int) -> int:
+        """The level of IN_n, 0..1023."""
+        return self._analog[n]
+
+    def shutdown_level(self) -> int:
+        """The level of the SHUTDOWN pin, 0 or 1."""
+        return self._shutdown
+
+    def set_outputs(self, bits: int) -> None:
+        """Set all eight outputs."""
+        if bits != self.outputs:
+            self.outputs = bits
+            for listener in self.on_output:
+                listener(bits)
+
+    def spi_exchange(self, select: int, data: int, nbytes: int) -> int:
+        """One transfer of 1..4 bytes with select line 0..2; an open line reads zeros."""
+        device = self._spi[select]
+        if device is None:
+            return 0
+        mask = (1 << 8 * nbytes) - 1
+        return device.exchange(data & mask, nbytes) & mask
+
+    def set_current(self, motor: int, current: int) -> None:
+        """Set the driver's current scaling, 0..255; a TMCM-342 has no such wire."""
+        if self.model.drivers is not None and current != self.currents[motor]:
+            self.currents[motor] = current
+            self._tell_current(motor)
+
+    def driver_enable(self, motor: int, on: bool) -> None:
+        """Switch the driver's outputs on, or off so that the motor turns freely."""
+        if self.model.drivers is not None and on != self.enabled[motor]:
+            self.enabled[motor] = on
+            self._tell_current(motor)
+
+    def _tell_current(self, motor: int) -> None:
+        for listener in self.on_current:
+            listener(motor, self.currents[motor], self.enabled[motor])
+
+    # The world's side
+
+    def set_switch(self, motor: int, side: Side, active: bool) -> None:
+        """A reference or stop switch of a motor; active as the chip sees it."""
+        bit = (2 if side == "left" else 1) << 2 * motor
+        switches = self._switches | bit if active else self._switches & ~bit
+        if switches != self._switches:
+            self._switches = switches
+            self._wire_switches()
+            self._tell_pins()
+
+    def switch(self, motor: int, side: Side) -> bool:
+        """Whether a switch is active."""
+        return bool(self._switches >> 2 * motor & (2 if side == "left" else 1))
+
+    def set_input(self, n: int, level: int) -> None:
+        """Drive IN_n low (0) or high (1)."""
+        self.set_analog(n, ANALOG_MAX if level else 0)
+
+    def set_analog(self, n: int, level: int) -> None:
+        """Drive IN_n to a level 0..1023; the same line is digital and analogue (manual 6.7.15.1)."""
+        if level != self._analog[n]:
+            self._analog[n] = level
+            self._tell_pins()
+
+    def set_shutdown(self, level: int) -> None:
+        """Drive the SHUTDOWN pin low (0) or high (1)."""
+        if level != self._shutdown:
+            self._shutdown = level
+            self._tell_pins()
+
+    def attach_spi(self, select: int, device: SpiDevice | None) -> None:
+        """Connect a device to select line 0..2 of the external SPI bus, or take it away."""
+        self._spi[select] = device
+
+    def attach_driver(self, motor: int, driver: Driver | None) -> None:
+        """Connect a motor driver, or take it away."""
+        self._drivers[motor] = driver
+
+    def _tell_pins(self) -> None:
+        for listener in self.on_pins:
+            listener()
+
+    def _wire_switches(self) -> None:
+        """Bring the switches to the reference inputs of the chips, by their wiring (fidelity FW-1)."""
+        if len(self.chips) == 1:
+            self.chips[0].set_reference_inputs(self._switches)
+            return
+        for motor, chip in enumerate(self.chips):
+            left, right = self._switches >> 2 * motor + 1 & 1, self._switches >> 2 * motor & 1
+            chip.set_reference_inputs(left << 1 | right << 5)
+
+    def driver_statuses(self) -> int:
+        """Send the motion chip's present datagram to the drivers; their three status words, motor 0 first.
+
+        Stands for a datagram and the wait for its end, in no time (fidelity FW-30).  0 on a TMCM-342.
+        """
+        if self.model.drivers is None:
+            return 0
+        bits, _ = self.chips[0].driver_datagram()
+        statuses = 0
+        for motor, driver in enumerate(self._drivers):
+            word = bits >> DRIVER_BITS * (2 - motor) & _DRIVER_MASK
+            status = QUIET_DRIVER if driver is None else driver.transfer(word)
+            statuses = statuses << DRIVER_BITS | status
+        return statuses

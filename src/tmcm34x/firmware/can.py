@@ -1,0 +1,81 @@
+"""A CAN port: frames of seven or eight bytes, answered with as many.
+
+The module hears the identifiers of global parameters 71 and, unless 0, 83; it answers with that of 70.  Frames
+with other identifiers or lengths are ignored.  Telegram pause and serial heartbeat are no business of CAN.
+
+Source: manual 6.1, 6.2, 6.7.36, 8.1 (69 to 71, 83); reply layout: fidelity TMCL-12; fidelity FW-88.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from tmcm34x.tmcl.datagram import CAN_SIZES, Reply, pack_can_reply, unpack_can_request
+from tmcm34x.tmcl.global_parameters import CAN_BIT_RATES
+from tmcm34x.tmcl.status import Status
+
+if TYPE_CHECKING:
+    from tmcm34x.firmware.module import Module
+
+
+class CanPort:
+    """The CAN port of a module; `Module.open_can_port` makes it.
+
+    send: takes the identifier and data bytes of a frame the module sends
+    """
+
+    def __init__(self, module: Module, send: Callable[[int, bytes], None]) -> None:
+        self.module = module
+        self.send = send
+
+    @property
+    def bit_rate(self) -> int:
+        """Bits per second (global parameter 69)."""
+        return CAN_BIT_RATES[self.module.eeprom.global_values[69]]
+
+    @property
+    def identifiers(self) -> tuple[int, ...]:
+        """The identifiers the module listens to."""
+        settings = self.module.eeprom.global_values
+        return (settings[71], settings[83]) if settings[83] else (settings[71],)
+
+    def power_on(self) -> None:
+        """Nothing to forget: a frame is a whole command."""
+
+    def receive(self, identifier: int, data: bytes) -> None:
+        """Take a frame from the bus, at the module's present clock."""
+        module = self.module
+        if not module.powered or identifier not in self.identifiers or len(data) not in CAN_SIZES:
+            return
+        if module.observer is not None:
+            module.observer.telegram(self, "in", data, module.now)
+        module.command(self, unpack_can_request(data), len(data))
+        if module.touched:
+            module.settle()
+
+    def answer(self, status: int, number: int, value: int, size: int) -> None:
+        """Send a reply in the normal form."""
+        address = self.module.eeprom.global_values[71] & 0xFF
+        self.deliver(pack_can_reply(Reply(0, address, status, number, value), size))
+
+    def answer_text(self, text: bytes, size: int) -> None:
+        """Send the version; its eighth character needs a frame of eight bytes (manual 6.7.36)."""
+        self.deliver(text[:size])
+
+    def answer_record(self, record: bytes, size: int) -> None:
+        """Send a stored command: command, type, motor, value."""
+        self.deliver(record + bytes(size - len(record)))
+
+    def target_reached(self, mask: int, size: int) -> None:
+        """Send the second reply of command 138."""
+        self.answer(int(Status.POSITION_REACHED), 138, mask, size)
+
+    def deliver(self, data: bytes) -> None:
+        """Send a frame now, unless replies are disabled (255)."""
+        module = self.module
+        if module.silent:
+            return
+        if module.observer is not None:
+            module.observer.telegram(self, "out", data, module.now)
+        self.send(module.eeprom.global_values[70], data)

@@ -1,0 +1,169 @@
+"""A serial port: RS232, RS485, or USB, which take the same nine bytes.
+
+Telegrams come in any pieces.  A piece that is not completed within the receive time-out is dropped, which is also
+how a host finds back after noise.  A telegram for another address is silence, whatever its checksum.  A wrong
+checksum is answered with status 1, command 0 and value 0.
+
+Source: manual 6.1, 6.2, 6.6, 6.7.36, 8.1 (65 to 68, 75, 76, 255); fidelity FW-80 to FW-87.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final
+
+from tmcm34x.clock import MS
+from tmcm34x.firmware.ascii import AsciiLine
+from tmcm34x.tmcl.datagram import SIZE, Instruction
+from tmcm34x.tmcl.global_parameters import BAUD_RATES
+from tmcm34x.tmcl.status import Status
+
+if TYPE_CHECKING:
+    from tmcm34x.firmware.module import Module
+
+TIME_OUT: Final = 5 * MS
+"""A partial telegram is dropped when the next bytes come later than this after the last ones."""
+
+_BODY: Final = struct.Struct(">BBBBi")
+_TELEGRAM: Final = struct.Struct(">BBBBiB")
+_CHECKSUMS: Final = tuple(bytes((n,)) for n in range(256))
+_FIRST_CONTROL: Final = 128
+_WRONG_CHECKSUM: Final = int(Status.WRONG_CHECKSUM)
+
+
+class SerialPort:
+    """One serial port of a module; `Module.open_serial_port` makes them.
+
+    send: takes the bytes the module sends
+    any_address: telegrams for all addresses are meant, as on USB
+    """
+
+    def __init__(self, module: Module, send: Callable[[bytes], None], *, any_address: bool = False) -> None:
+        self.module = module
+        self.send = send
+        self.any_address = any_address
+        self.time_out = TIME_OUT
+        """The receive time-out in clocks; a port in real time may need more at higher speed."""
+        self._buffer = bytearray()
+        self._last = 0
+        self._line: AsciiLine | None = None
+        self._reply_address = 0, 0
+
+    @property
+    def baud_rate(self) -> int:
+        """Bits per second (global parameter 65); changes after the reply to the command that sets it."""
+        return BAUD_RATES[self.module.baud_index]
+
+    @property
+    def ascii_mode(self) -> bool:
+        """Whether the port speaks ASCII lines instead of telegrams."""
+        return self._line is not None
+
+    @ascii_mode.setter
+    def ascii_mode(self, on: bool) -> None:
+        self._buffer.clear()
+        self._line = AsciiLine(self) if on else None
+
+    def power_on(self) -> None:
+        """Forget what was received; start in the mode of global parameter 67."""
+        self.ascii_mode = bool(self.module.eeprom.global_values[67] & 1)
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes from the line, at the module's present clock."""
+        module = self.module
+        if not module.powered:
+            return
+        if module.observer is not None:
+            module.observer.telegram(self, "in", data, module.now)
+        if self._line is not None:
+            self._receive_ascii(data)
+        elif len(data) == SIZE and not self._buffer:
+            self._telegram(data)
+        else:
+            self._collect(data)
+
+    def _collect(self, data: bytes) -> None:
+        buffer, module = self._buffer, self.module
+        if buffer and module.now - self._last > self.time_out:
+            buffer.clear()
+        buffer += data
+        while len(buffer) >= SIZE:
+            telegram = bytes(buffer[:SIZE])
+            del buffer[:SIZE]
+            self._telegram(telegram)
+            if self._line is not None:
+                rest = bytes(buffer)
+                buffer.clear()
+                self._receive_ascii(rest)
+        self._last = module.now
+
+    def _receive_ascii(self, data: bytes) -> None:
+        if self._line is not None and data:
+            self.transmit(self._line.receive(data))
+
+    def _telegram(self, telegram: bytes) -> None:
+        module, program = self.module, self.module.program
+        address, number, type_, motor, value, checksum = _TELEGRAM.unpack(telegram)
+        if address != module.address and not self.any_address:
+            return
+        self._reply_address = module.host_address, module.address
+        if (sum(telegram) - checksum) & 0xFF != checksum:
+            self._answer(_WRONG_CHECKSUM, 0, 0)
+            return
+        if module.heartbeat:
+            module.supervision.heard()
+        if number < _FIRST_CONTROL and not program.state and not program.downloading:
+            status, value = module.handlers[number](type_, motor, value)
+            self._answer(status, number, value)
+        else:
+            module.command(self, Instruction(number, type_, motor, value), SIZE)
+        if module.touched:
+            module.settle()
+
+    def execute(self, instruction: Instruction) -> tuple[int, int]:
+        """Execute a command that came as a line of text; status and value of the reply."""
+        if self.module.heartbeat:
+            self.module.supervision.heard()
+        return self.module.execute(instruction, source=self)
+
+    # What the module sends
+
+    def _answer(self, status: int, number: int, value: int) -> None:
+        body = _BODY.pack(*self._reply_address, status, number, value)
+        self.transmit(body + _CHECKSUMS[sum(body) & 0xFF])
+
+    def answer(self, status: int, number: int, value: int, _size: int) -> None:
+        """Send a reply in the normal form."""
+        self._answer(status, number, value)
+
+    def answer_text(self, text: bytes, _size: int) -> None:
+        """Send the eight characters of the version: host address first, no checksum (manual 6.7.36)."""
+        self.transmit(_CHECKSUMS[self._reply_address[0]] + text)
+
+    def answer_record(self, record: bytes, _size: int) -> None:
+        """Send a stored command: host address, seven bytes, checksum (fidelity FW-82)."""
+        body = _CHECKSUMS[self._reply_address[0]] + record
+        self.transmit(body + _CHECKSUMS[sum(body) & 0xFF])
+
+    def target_reached(self, mask: int, size: int) -> None:
+        """Send the second reply of command 138."""
+        self._reply_address = self.module.host_address, self.module.address
+        self._answer(int(Status.POSITION_REACHED), 138, mask)
+
+    def transmit(self, data: bytes) -> None:
+        """Send bytes after the telegram pause (global parameter 75), unless replies are disabled (255)."""
+        module = self.module
+        if module.silent or not data:
+            return
+        if module.pause or module.outbox:
+            module.post(self, data)
+        else:
+            self.deliver(data)
+
+    def deliver(self, data: bytes) -> None:
+        """Send bytes now."""
+        module = self.module
+        if module.observer is not None:
+            module.observer.telegram(self, "out", data, module.now)
+        self.send(data)

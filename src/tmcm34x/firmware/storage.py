@@ -1,0 +1,270 @@
+"""The EEPROM: settings that outlive power, and the program memory.
+
+What is kept: the storable axis parameters of three motors, the global parameters 64..127, user variables,
+coordinates 1..20 of each motor, driver chain and microstep table, and 2,048 instructions of seven bytes.
+
+The image (`to_bytes`), all numbers little endian:
+
+4 bytes   "T34X"
+u16       format, 1
+u16       module type, 341..343
+u32       size of the body
+body      u8 count of axis parameters, then for each: u8 number, three i32
+          u8 count of global parameters, then for each: u8 number, i32
+          56 i32 user variables; 3 times 20 i32 coordinates; 64 bytes driver chain; 64 bytes microstep table;
+          2,048 times 7 bytes of program: command, type, motor, value most significant byte first
+u32       CRC-32 of everything before
+
+A parameter that an image lacks has its factory default; one that this firmware does not know is an error.
+No file is touched here: whoever owns the file watches `revision`.
+
+Source: manual 2.1, 6.7.7 to 6.7.12 and 8; what is stored and what 137 resets: fidelity FW-10 to FW-12.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Sequence
+from typing import Final
+
+from tmcm34x.board.models import CELLS, MICROSTEP_TABLE, MODELS
+from tmcm34x.tmcl import axis_parameters, global_parameters
+from tmcm34x.tmcl.commands import (
+    COORDINATES,
+    MOTORS,
+    POSITION_MAX,
+    POSITION_MIN,
+    PROGRAM_SIZE,
+    USER_VARIABLES,
+)
+from tmcm34x.tmcl.datagram import Instruction, signed32
+
+FORMAT: Final = 1
+INSTRUCTION_SIZE: Final = 7
+
+_MAGIC: Final = b"T34X"
+_HEADER: Final = struct.Struct("<4sHHI")
+_CRC: Final = struct.Struct("<I")
+_AXIS: Final = struct.Struct("<B3i")
+_GLOBAL: Final = struct.Struct("<Bi")
+_VARIABLES: Final = struct.Struct(f"<{USER_VARIABLES}i")
+_COORDINATES: Final = struct.Struct(f"<{COORDINATES - 1}i")
+_INSTRUCTION: Final = struct.Struct(">BBBi")
+_PROGRAM_BYTES: Final = PROGRAM_SIZE * INSTRUCTION_SIZE
+
+STORED_AXIS_PARAMETERS: Final = {
+    number: tuple(row for row in axis_parameters.AXIS_PARAMETERS if row.stored and number in row.models)
+    for number in MODELS
+}
+"""The rows that STAP knows, by model."""
+
+STORED_GLOBAL_PARAMETERS: Final = tuple(
+    row for row in global_parameters.GLOBAL_PARAMETERS if row.bank == 0 and row.stored
+)
+
+
+class EepromError(ValueError):
+    """Bytes that are no EEPROM image of this product; the text says in one line what is wrong with them."""
+
+
+class Eeprom:
+    """Non-volatile memory of one module of type `model`, fresh from the factory.
+
+    Read the tables freely; write through the methods, which count in `revision`.
+    """
+
+    __slots__ = (
+        "axis_values",
+        "coordinates",
+        "driver_chain",
+        "global_values",
+        "microstep_table",
+        "model",
+        "program",
+        "revision",
+        "variables",
+    )
+
+    def __init__(self, model: int = 343) -> None:
+        self.model = model
+        self.revision = 0
+        self.program = bytearray(_PROGRAM_BYTES)
+        self.axis_values: list[dict[int, int]] = []
+        """For each motor: value by number of the storable axis parameters."""
+        self.global_values: dict[int, int] = {}
+        """Value by number of the global parameters 64..127; 73 is 1 while locked."""
+        self.variables: list[int] = []
+        self.coordinates: list[list[int]] = []
+        """For each motor: coordinates 1..20."""
+        self.driver_chain = b""
+        self.microstep_table = b""
+        self.restore_defaults()
+        self.revision = 0
+
+    def restore_defaults(self) -> None:
+        """Put every setting back to its factory default; the program stays (fidelity FW-11)."""
+        defaults = {row.number: row.default for row in STORED_AXIS_PARAMETERS[self.model]}
+        self.axis_values = [dict(defaults) for _ in range(MOTORS)]
+        self.global_values = {row.number: row.default for row in STORED_GLOBAL_PARAMETERS}
+        self.variables = [0] * USER_VARIABLES
+        self.coordinates = [[0] * (COORDINATES - 1) for _ in range(MOTORS)]
+        self.driver_chain = MODELS[self.model].driver_chain
+        self.microstep_table = MICROSTEP_TABLE
+        self.revision += 1
+
+    @property
+    def locked(self) -> bool:
+        """Whether the configuration may not be written (global parameter 73)."""
+        return self.global_values[73] == 1
+
+    def set_axis_value(self, motor: int, number: int, value: int) -> None:
+        """Store an axis parameter."""
+        self.axis_values[motor][number] = value
+        self.revision += 1
+
+    def set_global_value(self, number: int, value: int) -> None:
+        """Store a global parameter of bank 0."""
+        self.global_values[number] = value
+        self.revision += 1
+
+    def set_variable(self, number: int, value: int) -> None:
+        """Store a user variable."""
+        self.variables[number] = value
+        self.revision += 1
+
+    def set_coordinate(self, coordinate: int, motor: int, position: int) -> None:
+        """Store a coordinate, 1..20."""
+        self.coordinates[motor][coordinate - 1] = position
+        self.revision += 1
+
+    def set_driver_chain(self, cells: bytes) -> None:
+        """Store the 64 cells of the driver chain."""
+        self.driver_chain = cells
+        self.revision += 1
+
+    def set_microstep_table(self, cells: bytes) -> None:
+        """Store the 64 cells of the microstep table."""
+        self.microstep_table = cells
+        self.revision += 1
+
+    def read_instruction(self, address: int) -> Instruction:
+        """The instruction at `address`, 0..2047; erased memory is all zero."""
+        return Instruction(*_INSTRUCTION.unpack_from(self.program, address * INSTRUCTION_SIZE))
+
+    def write_instruction(self, address: int, instruction: Instruction) -> None:
+        """Store `instruction` at `address`, 0..2047."""
+        number, type_, motor, value = instruction
+        _INSTRUCTION.pack_into(
+            self.program, address * INSTRUCTION_SIZE, number, type_, motor, signed32(value)
+        )
+        self.revision += 1
+
+    def write_program(self, program: Sequence[Instruction]) -> None:
+        """Erase the program memory and store `program` from address 0; at most 2,048 instructions."""
+        if len(program) > PROGRAM_SIZE:
+            raise ValueError(f"a program has at most {PROGRAM_SIZE} instructions, not {len(program)}")
+        self.erase_program()
+        for address, instruction in enumerate(program):
+            self.write_instruction(address, instruction)
+
+    def erase_program(self) -> None:
+        """Make the program memory all zero."""
+        self.program = bytearray(_PROGRAM_BYTES)
+        self.revision += 1
+
+    def to_bytes(self) -> bytes:
+        """The image, as the module docstring lays it out."""
+        body = bytearray((len(self.axis_values[0]),))
+        for number in sorted(self.axis_values[0]):
+            body += _AXIS.pack(number, *(values[number] for values in self.axis_values))
+        body.append(len(self.global_values))
+        for number in sorted(self.global_values):
+            body += _GLOBAL.pack(number, self.global_values[number])
+        body += _VARIABLES.pack(*self.variables)
+        for positions in self.coordinates:
+            body += _COORDINATES.pack(*positions)
+        body += self.driver_chain + self.microstep_table + self.program
+        image = _HEADER.pack(_MAGIC, FORMAT, self.model, len(body)) + bytes(body)
+        return image + _CRC.pack(zlib.crc32(image))
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Eeprom:
+        """The memory in an image; `EepromError` for anything else."""
+        body, model = _open_image(data)
+        eeprom = cls(model)
+        try:
+            _Reader(body).fill(eeprom)
+        except (struct.error, IndexError):
+            raise EepromError("EEPROM image is incomplete") from None
+        _check_ranges(eeprom)
+        eeprom.revision = 0
+        return eeprom
+
+
+def _open_image(data: bytes) -> tuple[bytes, int]:
+    if data[:4] != _MAGIC:
+        raise EepromError("not an EEPROM image")
+    if len(data) < _HEADER.size + _CRC.size:
+        raise EepromError("EEPROM image is incomplete")
+    _, format_, model, size = _HEADER.unpack_from(data)
+    if format_ != FORMAT:
+        raise EepromError(f"EEPROM image has format {format_}, this version reads format {FORMAT}")
+    if len(data) != _HEADER.size + size + _CRC.size:
+        raise EepromError(f"EEPROM image has {len(data)} bytes instead of {_HEADER.size + size + _CRC.size}")
+    if _CRC.unpack_from(data, len(data) - _CRC.size)[0] != zlib.crc32(data[: -_CRC.size]):
+        raise EepromError("EEPROM image is damaged: wrong CRC")
+    if model not in MODELS:
+        raise EepromError(f"EEPROM image is of an unknown module type {model}")
+    return data[_HEADER.size : -_CRC.size], model
+
+
+class _Reader:
+    """Takes the body of an image apart."""
+
+    def __init__(self, body: bytes) -> None:
+        self.body = body
+        self.offset = 0
+
+    def take(self, layout: struct.Struct) -> tuple[int, ...]:
+        values = layout.unpack_from(self.body, self.offset)
+        self.offset += layout.size
+        return values
+
+    def count(self) -> int:
+        self.offset += 1
+        return self.body[self.offset - 1]
+
+    def fill(self, eeprom: Eeprom) -> None:
+        for _ in range(self.count()):
+            number, *values = self.take(_AXIS)
+            for motor, value in enumerate(values):
+                eeprom.set_axis_value(motor, number, value)
+        for _ in range(self.count()):
+            eeprom.set_global_value(*self.take(_GLOBAL))
+        eeprom.variables = list(self.take(_VARIABLES))
+        eeprom.coordinates = [list(self.take(_COORDINATES)) for _ in range(MOTORS)]
+        rest = self.body[self.offset :]
+        if len(rest) != 2 * CELLS + _PROGRAM_BYTES:
+            raise EepromError("EEPROM image is incomplete")
+        eeprom.set_driver_chain(rest[:CELLS])
+        eeprom.set_microstep_table(rest[CELLS : 2 * CELLS])
+        eeprom.program = bytearray(rest[2 * CELLS :])
+
+
+def _check_ranges(eeprom: Eeprom) -> None:
+    axis_rows = {row.number: row for row in STORED_AXIS_PARAMETERS[eeprom.model]}
+    for values in eeprom.axis_values:
+        for number, value in values.items():
+            row = axis_rows.get(number)
+            if row is None or not row.low <= value <= row.high:
+                raise EepromError(f"EEPROM image has an impossible axis parameter {number} = {value}")
+    global_rows = {row.number: row for row in STORED_GLOBAL_PARAMETERS}
+    for number, value in eeprom.global_values.items():
+        row = global_rows.get(number)
+        if row is None or not row.low <= value <= row.high:
+            raise EepromError(f"EEPROM image has an impossible global parameter {number} = {value}")
+    if any(not POSITION_MIN <= x <= POSITION_MAX for positions in eeprom.coordinates for x in positions):
+        raise EepromError("EEPROM image has an impossible coordinate")
+    if max(eeprom.driver_chain + eeprom.microstep_table) >= CELLS:
+        raise EepromError("EEPROM image has an impossible chip table")
