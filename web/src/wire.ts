@@ -171,6 +171,8 @@ export function readFrame(data: ArrayBuffer, take: (index: number, group: GroupS
     }
 }
 
+export type Severity = "error" | "hint" | "information" | "warning";
+
 /** One named value of a parameter. */
 export interface Choice {
     value: number;

@@ -97,6 +97,8 @@ def _state_name(group: str) -> str:
 
 
 def _interfaces() -> Iterator[str]:
+    yield f"export type Severity = {_type(shapes.type_info(wire.Severity))};"
+    yield ""
     for shape in wire.Shape.__subclasses__():
         yield from _interface(shape)
 

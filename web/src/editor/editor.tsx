@@ -1,0 +1,266 @@
+// The code editor: one CodeMirror view a document, kept while its tab is open.
+import { acceptCompletion, autocompletion, closeCompletion, completionKeymap } from "@codemirror/autocomplete";
+import {
+    defaultKeymap, deleteLine, history, historyKeymap, indentWithTab, redo, toggleComment, undo,
+} from "@codemirror/commands";
+import { bracketMatching } from "@codemirror/language";
+import { lintKeymap, nextDiagnostic, setDiagnostics, type Diagnostic } from "@codemirror/lint";
+import { highlightSelectionMatches, openSearchPanel, search, searchKeymap } from "@codemirror/search";
+import { Annotation, EditorState, Prec, type Extension } from "@codemirror/state";
+import {
+    EditorView, drawSelection, dropCursor, highlightActiveLine, highlightActiveLineGutter, highlightSpecialChars,
+    keymap, lineNumbers, rectangularSelection,
+} from "@codemirror/view";
+import { effect, signal, useSignal, useSignalEffect } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import { breakpoints, can, halted, loaded, placed, program, setBreakpoints, tables, welcome } from "../logic/app";
+import { assembled, languageServer, lspExtension } from "../logic/build";
+import {
+    active, documents, goal, openFile, problems, reload, save, type TextDocument,
+} from "../logic/documents";
+import type { Breakpoint, Problem } from "../wire";
+import { Icon } from "../widgets/icons";
+import { breakpointsOf, gutters, putAddresses, putBreakpoints, putExecution } from "./gutters";
+import { tmcl } from "./language";
+import { theme } from "./theme";
+
+const fromOutside = Annotation.define<boolean>();
+/** The view that has or last had the focus. */
+export const currentView = signal<EditorView | null>(null);
+const editedBreakpoint = signal<{ path: string; line: number; x: number; y: number } | null>(null);
+
+function toggleBreakpoint(path: string, line: number): void {
+    const others = breakpoints.value.filter((point) => point.path !== path || point.line !== line);
+    const added: Breakpoint[] =
+        others.length < breakpoints.value.length ? [] : [{ path, line, condition: "", hits: 0, log: "" }];
+    void setBreakpoints([...others, ...added]);
+}
+
+/** Toggles a breakpoint where the cursor is. */
+export function toggleHere(): void {
+    const view = currentView.value;
+    if (view) toggleBreakpoint(active.value, view.state.doc.lineAt(view.state.selection.main.head).number);
+}
+
+function extensions(document: TextDocument): Extension {
+    return [
+        history(), drawSelection(), dropCursor(), highlightSpecialChars(), rectangularSelection(),
+        highlightActiveLine(), highlightSelectionMatches(), bracketMatching(), search({ top: true }),
+        EditorState.allowMultipleSelections.of(true), EditorState.tabSize.of(4),
+        gutters(
+            (line) => toggleBreakpoint(document.path, line),
+            (line, at) => {
+                const box = at.getBoundingClientRect();
+                editedBreakpoint.value = { path: document.path, line, x: box.right, y: box.bottom };
+            },
+        ),
+        lineNumbers(), highlightActiveLineGutter(),
+        autocompletion({ icons: false }),
+        tmcl(tables.value),
+        lspExtension(document.path),
+        Prec.high(keymap.of([
+            { key: "Tab", run: acceptCompletion }, { key: "Ctrl-y", run: deleteLine }, { key: "Mod-/", run: toggleComment },
+            { key: "Mod-Shift-z", run: redo }, { key: "Mod-z", run: undo },
+            { key: "Ctrl-F8", run: nextDiagnostic },
+        ])),
+        keymap.of([...searchKeymap, ...historyKeymap, ...completionKeymap, ...lintKeymap, indentWithTab, ...defaultKeymap]),
+        EditorView.contentAttributes.of({ "aria-label": `Source text ${document.path}`, spellcheck: "false" }),
+        theme,
+        EditorView.updateListener.of((update) => {
+            if (update.focusChanged && update.view.hasFocus) currentView.value = update.view;
+            if (!update.docChanged) return;
+            if (!update.transactions.some((transaction) => transaction.annotation(fromOutside)))
+                document.text.value = update.state.doc.toString();
+            carryBreakpoints(document.path, update.view);
+        }),
+    ];
+}
+
+/** Breakpoints move with their lines while the text is edited. */
+function carryBreakpoints(path: string, view: EditorView): void {
+    const here = breakpoints.value.filter((point) => point.path === path);
+    if (!here.length) return;
+    const now = breakpointsOf(view.state);
+    if (now.length === here.length && now.every((point) => here.some((other) => other.line === point.line))) return;
+    const others = breakpoints.value.filter((point) => point.path !== path);
+    breakpoints.value = [...others, ...now.map(({ line, condition, hits, log }) => ({ path, line, condition, hits, log }))];
+    clearTimeout(carryTimer);
+    carryTimer = window.setTimeout(() => void setBreakpoints(breakpoints.value), 400);
+}
+let carryTimer = 0;
+
+function toDiagnostic(problem: Problem, state: EditorState): Diagnostic {
+    const { doc } = state;
+    const position = (line: number, column: number) => {
+        const found = doc.line(Math.min(Math.max(line, 1), doc.lines));
+        return Math.min(found.from + Math.max(column - 1, 0), found.to);
+    };
+    const { place } = problem;
+    const from = position(place.line, place.column);
+    return {
+        from, to: Math.max(position(place.end_line, place.end_column), from),
+        severity: problem.severity === "information" ? "info" : problem.severity,
+        message: problem.text, source: problem.code,
+    };
+}
+
+function View({ document }: { document: TextDocument }) {
+    const host = useRef<HTMLDivElement>(null);
+    const shown = useSignal(false);
+    const view = useRef<EditorView | null>(null);
+    useSignalEffect(() => {
+        shown.value = active.value === document.path;
+        if (shown.value && view.current) currentView.value = view.current;
+    });
+    useEffect(() => {
+        const created = new EditorView({
+            state: EditorState.create({ doc: document.text.peek(), extensions: extensions(document) }),
+            parent: host.current!,
+        });
+        view.current = created;
+        if (active.peek() === document.path) currentView.value = created;
+        document.show = (text) => {
+            if (created.state.doc.toString() === text) return;
+            const { head } = created.state.selection.main;
+            created.dispatch({
+                changes: { from: 0, to: created.state.doc.length, insert: text },
+                selection: { anchor: Math.min(head, created.state.toText(text).length) },
+                annotations: fromOutside.of(true),
+            });
+        };
+        const stops = follow(document, created);
+        return () => {
+            stops.forEach((stop) => stop());
+            created.destroy();
+            if (currentView.peek() === created) currentView.value = null;
+        };
+    }, [document, languageServer.value]);
+    return <div class="code" hidden={!shown.value} ref={host} data-path={document.path} />;
+}
+
+/** Keeps marks of a view in step with the page's state. */
+function follow(document: TextDocument, view: EditorView): (() => void)[] {
+    return [
+        effect(() => {
+            const lines = breakpoints.value.filter((point) => point.path === document.path).map((point) => {
+                const found = placed.value.find((place) => place.path === point.path && place.line === point.line);
+                return { ...point, verified: !!found && found.address >= 0, reason: found?.reason ?? "" };
+            });
+            view.dispatch({ effects: putBreakpoints.of(lines) });
+        }),
+        effect(() => {
+            const listing = assembled.value.get(document.path)?.listing ?? loaded.value;
+            const addresses = new Map<number, number>();
+            for (const line of listing?.lines ?? [])
+                if (line.path === document.path && line.line && !addresses.has(line.line))
+                    addresses.set(line.line, line.address);
+            view.dispatch({ effects: putAddresses.of(addresses) });
+        }),
+        effect(() => {
+            const { counter, state } = program.value;
+            const line = loaded.value?.lines[counter];
+            const here = line && line.path === document.path && line.line > 0;
+            const shown = here && (state === 1 || program.value.paused || counter > 0) && can.value.debug;
+            view.dispatch({ effects: putExecution.of(shown ? { line: line.line, held: halted.value } : null) });
+        }),
+        effect(() => {
+            if (languageServer.value) return;
+            const list = problems.value.get(document.path) ?? [];
+            view.dispatch(setDiagnostics(view.state, list.map((problem) => toDiagnostic(problem, view.state))));
+        }),
+        effect(() => {
+            const wish = goal.value;
+            if (!wish || wish.path !== document.path) return;
+            goal.value = null;
+            const line = view.state.doc.line(Math.min(Math.max(1, wish.line), view.state.doc.lines));
+            const at = Math.min(line.from + wish.column - 1, line.to);
+            queueMicrotask(() => {
+                view.dispatch({ selection: { anchor: at }, effects: EditorView.scrollIntoView(at, { y: "center" }) });
+                view.focus();
+            });
+        }),
+    ];
+}
+
+/** The debugger held the program: bring its line into view, opening the file if needed. */
+effect(() => {
+    const { counter, paused } = program.value;
+    if (!paused) return;
+    const line = loaded.peek()?.lines[counter];
+    if (!line?.line) return;
+    void (async () => {
+        if (active.peek() !== line.path && !(await openFile(line.path))) return;
+        const view = currentView.peek();
+        if (!view || line.line > view.state.doc.lines) return;
+        view.dispatch({ effects: EditorView.scrollIntoView(view.state.doc.line(line.line).from, { yMargin: 60 }) });
+    })();
+});
+
+function OutsideNotice({ document }: { document: TextDocument }) {
+    const state = document.outside.value;
+    if (!state) return null;
+    return (
+        <div class="outside" role="alert">
+            <Icon name="alert" />
+            {state === "changed" ? (
+                <>
+                    <span>This file was changed outside. Your text here is different.</span>
+                    <button onClick={() => void reload(document)}>Take the file</button>
+                    <button onClick={() => void save(document, true)}>Keep mine and save</button>
+                </>
+            ) : (
+                <>
+                    <span>This file was deleted outside. Its text is kept here.</span>
+                    <button onClick={() => void save(document, true)}>Save it again</button>
+                </>
+            )}
+        </div>
+    );
+}
+
+function BreakpointEditor() {
+    const place = editedBreakpoint.value;
+    if (!place) return null;
+    const found = breakpoints.value.find((point) => point.path === place.path && point.line === place.line);
+    const start: Breakpoint = found ?? { path: place.path, line: place.line, condition: "", hits: 0, log: "" };
+    const others = breakpoints.value.filter((point) => point !== found);
+    const close = () => (editedBreakpoint.value = null);
+    const submit = (event: Event) => {
+        event.preventDefault();
+        const data = new FormData(event.currentTarget as HTMLFormElement);
+        const text = (name: string) => String(data.get(name) ?? "").trim();
+        void setBreakpoints([
+            ...others, { ...start, condition: text("condition"), hits: Number(text("hits")) || 0, log: text("log") },
+        ]);
+        close();
+    };
+    return (
+        <form class="popover breakpoint-editor" style={{ left: `${place.x}px`, top: `${place.y}px` }} onSubmit={submit}
+            onKeyDown={(event) => event.key === "Escape" && close()}>
+            <h3>Breakpoint at line {place.line}</h3>
+            <label>Hold when<input name="condition" value={start.condition} placeholder="accumulator > 100" autofocus /></label>
+            <label>at hit number<input name="hits" type="number" min="0" value={start.hits || ""} placeholder="every" /></label>
+            <label>or only log<input name="log" value={start.log} placeholder="x is {x}" /></label>
+            <div class="row">
+                <button type="submit" class="primary">Set</button>
+                <button type="button" onClick={() => (void setBreakpoints(others), close())}>Remove</button>
+                <button type="button" onClick={close}>Cancel</button>
+            </div>
+        </form>
+    );
+}
+
+export const find = (): void => void (currentView.value && openSearchPanel(currentView.value));
+export const closeCompletions = (): void => void (currentView.value && closeCompletion(currentView.value));
+
+export function Editor() {
+    if (!welcome.value) return null;
+    const document = documents.value.get(active.value);
+    return (
+        <>
+            {document && <OutsideNotice document={document} />}
+            {[...documents.value.values()].map((item) => <View key={item.path} document={item} />)}
+            <BreakpointEditor />
+        </>
+    );
+}

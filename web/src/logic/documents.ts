@@ -1,0 +1,255 @@
+// The editor's documents: text on disk, text on screen, drafts that outlive the page, changes from outside.
+import { computed, effect, signal } from "@preact/signals";
+import type { Problem } from "../wire";
+import { ask, connection, files, notify, onServerEvent, welcome } from "./app";
+import { RefusedError } from "./connection";
+import { names, read, remembered, write } from "./settings";
+
+export type Outside = "changed" | "deleted" | null;
+
+interface Draft {
+    text: string;
+    stamp: string;
+}
+
+export class TextDocument {
+    /** The text as on screen. */
+    readonly text = signal("");
+    /** The text as last read from or written to the disk. */
+    readonly saved = signal("");
+    readonly outside = signal<Outside>(null);
+    readonly dirty = computed(() => this.text.value !== this.saved.value);
+    stamp = "";
+    newline: "\n" | "\r\n" = "\n";
+    /** Puts a text on screen that did not come from the editor. */
+    show: (text: string) => void = () => {};
+    private draftTimer = 0;
+
+    constructor(public path: string) {
+        effect(() => {
+            void this.text.value;
+            void this.saved.value;
+            clearTimeout(this.draftTimer);
+            this.draftTimer = window.setTimeout(() => this.keepDraft(), 300);
+        });
+    }
+
+    /** A text from disk or from a draft. */
+    fill(text: string, saved: string, stamp: string): void {
+        this.saved.value = saved;
+        this.stamp = stamp;
+        this.outside.value = null;
+        this.text.value = text;
+        this.show(text);
+    }
+
+    keepDraft(): void {
+        clearTimeout(this.draftTimer);
+        const draft: Draft | null = this.dirty.value ? { text: this.text.value, stamp: this.stamp } : null;
+        if (!write(draftName(this.path), draft) && draft)
+            notify("warning", "The browser's store is full: unsaved texts are kept only while this window is open.");
+    }
+
+    forgetDraft(): void {
+        clearTimeout(this.draftTimer);
+        write(draftName(this.path), null);
+    }
+}
+
+const draftName = (path: string): string => `draft.${welcome.peek()?.folder ?? ""}\n${path}`;
+
+/** Pages in the main area that are not files. */
+export const PAGES = { parameters: "Parameters", tools: "Tools", listing: "Listing", guide: "Guide" } as const;
+export type PageName = keyof typeof PAGES;
+export interface Tab {
+    kind: "file" | PageName;
+    path: string;
+}
+
+export const documents = signal<ReadonlyMap<string, TextDocument>>(new Map());
+export const tabs = remembered<Tab[]>("tabs", []);
+export const active = remembered<string>("active", "");
+export const mainFile = remembered<string>("main", "");
+/** Where the editor is to go: set by problem lists and the debugger, taken by the editor. */
+export const goal = signal<{ path: string; line: number; column: number } | null>(null);
+/** Diagnostics by path. */
+export const problems = signal<ReadonlyMap<string, Problem[]>>(new Map());
+export const problemCount = computed(() => {
+    let errors = 0;
+    let warnings = 0;
+    for (const list of problems.value.values())
+        for (const problem of list) problem.severity === "error" ? errors++ : problem.severity === "warning" && warnings++;
+    return { errors, warnings };
+});
+
+const keyOf = (tab: Tab): string => (tab.kind === "file" ? tab.path : `:${tab.kind}`);
+export const activeTab = computed(() => tabs.value.find((tab) => keyOf(tab) === active.value) ?? null);
+export const activeDocument = computed(() => documents.value.get(active.value) ?? null);
+/** The program that Run and Assemble mean. */
+export const target = computed(() => mainFile.value || (activeTab.value?.kind === "file" ? active.value : lastFile.value));
+const lastFile = signal("");
+effect(() => {
+    if (activeTab.value?.kind === "file") lastFile.value = active.value;
+});
+
+export function openPage(kind: PageName): void {
+    if (!tabs.value.some((tab) => tab.kind === kind)) tabs.value = [...tabs.value, { kind, path: "" }];
+    active.value = `:${kind}`;
+}
+
+export async function openFile(path: string, line = 0, column = 1): Promise<TextDocument | null> {
+    const document = documents.value.get(path) ?? (await load(path));
+    if (!document) return null;
+    if (!tabs.value.some((tab) => tab.kind === "file" && tab.path === path))
+        tabs.value = [...tabs.value, { kind: "file", path }];
+    active.value = path;
+    if (line) goal.value = { path, line, column };
+    return document;
+}
+
+/** A new page with a text that is nowhere on disk yet. */
+export function newFile(text = "", wish = "program"): TextDocument {
+    let path = `${wish}.tmc`;
+    const taken = (name: string) => documents.value.has(name) || files.value.some((file) => file.path === name);
+    for (let n = 2; taken(path); n++) path = `${wish}${n}.tmc`;
+    const document = new TextDocument(path);
+    keep(document);
+    document.fill(text, "", "");
+    tabs.value = [...tabs.value, { kind: "file", path }];
+    active.value = path;
+    return document;
+}
+
+function keep(document: TextDocument): void {
+    documents.value = new Map(documents.value).set(document.path, document);
+}
+
+async function load(path: string): Promise<TextDocument | null> {
+    const draft = read<Draft>(draftName(path));
+    try {
+        const file = await connection.call({ call: "read_file", path });
+        const document = new TextDocument(path);
+        document.newline = file.newline;
+        keep(document);
+        document.fill(draft?.text ?? file.text, file.text, file.stamp);
+        if (draft && draft.stamp !== file.stamp && draft.text !== file.text) document.outside.value = "changed";
+        return document;
+    } catch (error) {
+        if (!(error instanceof RefusedError)) throw error;
+        if (!draft) {
+            if (error.code !== "offline") notify("error", error.message);
+            return null;
+        }
+        const document = new TextDocument(path);
+        keep(document);
+        document.fill(draft.text, "", "");
+        document.outside.value = draft.stamp ? "deleted" : null;
+        return document;
+    }
+}
+
+export async function save(document: TextDocument, force = false): Promise<boolean> {
+    try {
+        const text = document.text.value;
+        const stamp = force ? "*" : document.stamp;
+        const entry = await connection.call({
+            call: "write_file", path: document.path, text, stamp, newline: document.newline,
+        });
+        document.stamp = entry.stamp;
+        document.saved.value = text;
+        document.outside.value = null;
+        document.forgetDraft();
+        return true;
+    } catch (error) {
+        if (!(error instanceof RefusedError)) throw error;
+        if (error.code === "changed") document.outside.value = "changed";
+        else notify("error", `${document.path} was not saved: ${error.message}`);
+        return false;
+    }
+}
+
+export async function saveAll(): Promise<void> {
+    for (const document of documents.value.values()) if (document.dirty.value) await save(document);
+}
+
+export async function reload(document: TextDocument): Promise<void> {
+    const file = await ask({ call: "read_file", path: document.path });
+    if (!file) return;
+    document.newline = file.newline;
+    document.fill(file.text, file.text, file.stamp);
+    document.forgetDraft();
+}
+
+export async function rename(path: string, to: string): Promise<void> {
+    const document = documents.value.get(path);
+    if (document?.stamp !== "" && (await ask({ call: "rename_file", path, to })) === null && !online()) return;
+    if (document) {
+        document.forgetDraft();
+        const map = new Map(documents.value);
+        map.delete(path);
+        document.path = to;
+        documents.value = map.set(to, document);
+    }
+    tabs.value = tabs.value.map((tab) => (tab.path === path ? { ...tab, path: to } : tab));
+    if (active.value === path) active.value = to;
+    if (mainFile.value === path) mainFile.value = to;
+}
+
+const online = (): boolean => connection.state.value === "open";
+
+/** Close a tab; unsaved text stays as a draft unless `discard`. */
+export function closeTab(key: string, discard = false): void {
+    const at = tabs.value.findIndex((tab) => keyOf(tab) === key);
+    if (at < 0) return;
+    const document = documents.value.get(key);
+    if (document && discard) document.forgetDraft();
+    else document?.keepDraft();
+    tabs.value = tabs.value.filter((tab) => keyOf(tab) !== key);
+    const map = new Map(documents.value);
+    map.delete(key);
+    documents.value = map;
+    const next = tabs.value[Math.min(at, tabs.value.length - 1)];
+    if (active.value === key) active.value = next ? keyOf(next) : "";
+}
+
+/** Texts on screen that differ from the disk: the assembler reads them first. */
+export function screenTexts(): Record<string, string> {
+    const texts: Record<string, string> = {};
+    for (const document of documents.value.values())
+        if (document.dirty.value) texts[document.path] = document.text.value;
+    return texts;
+}
+
+/** At the first contact: what was open here before, drafts, and what the server was told to show. */
+export async function restore(): Promise<void> {
+    const known = tabs.value;
+    const before = active.value;
+    tabs.value = [];
+    const prefix = draftName("");
+    const drafts = names("draft.").filter((name) => name.startsWith(prefix)).map((name) => name.slice(prefix.length));
+    const listed = new Set((await ask({ call: "list_files" }))?.map((file) => file.path) ?? []);
+    for (const tab of known) {
+        if (tab.kind !== "file") tabs.value = [...tabs.value, tab];
+        else if (listed.has(tab.path) || drafts.includes(tab.path)) await openFile(tab.path);
+    }
+    for (const path of [...drafts, ...welcome.value!.open]) if (path) await openFile(path);
+    const wish = welcome.value!.open[0] && !known.some((tab) => tab.path === welcome.value!.open[0]);
+    if (!wish && tabs.value.some((tab) => keyOf(tab) === before)) active.value = before;
+}
+
+onServerEvent((event) => {
+    if (event.event !== "files_changed") return;
+    const stamps = new Map(event.files.map((file) => [file.path, file.stamp]));
+    for (const document of documents.value.values()) {
+        if (!document.stamp) continue;
+        const stamp = stamps.get(document.path);
+        if (stamp === undefined) document.outside.value = "deleted";
+        else if (stamp === document.stamp) document.outside.value = null;
+        else if (document.dirty.value) document.outside.value = "changed";
+        else void reload(document);
+    }
+});
+
+window.addEventListener("pagehide", () => {
+    for (const document of documents.value.values()) document.keepDraft();
+});

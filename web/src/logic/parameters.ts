@@ -1,0 +1,88 @@
+// All parameters of the module as last read; kept fresh while a page that shows them is open.
+import { effect, signal } from "@preact/signals";
+import type { Parameter, Watched } from "../wire";
+import { connection, online, powered, tables, welcome } from "./app";
+
+export interface Values {
+    /** By parameter number: one value a motor; null where the module refuses. */
+    axis: ReadonlyMap<number, (number | null)[]>;
+    /** By `bank/number`. */
+    globals: ReadonlyMap<string, number | null>;
+    /** By coordinate: one value a motor. */
+    coordinates: (number | null)[][];
+}
+export const parameters = signal<Values>({ axis: new Map(), globals: new Map(), coordinates: [] });
+/** When each value last changed under the reader's eyes, by `bank/number/motor`; for a short glow. */
+export const touched = signal<ReadonlyMap<string, number>>(new Map());
+/** Sections that some open page shows. */
+export const wanted = signal<ReadonlySet<"axis" | "globals" | "variables" | "coordinates">>(new Set());
+export const COORDINATE_BANK = -2;
+
+export const keyOf = (bank: number, number: number, motor = 0): string => `${bank}/${number}/${motor}`;
+
+function items(): Watched[] {
+    const list: Watched[] = [];
+    const { axis, globals } = tables.value;
+    const want = wanted.peek();
+    const first = parameters.peek().axis.size === 0;
+    const readable = (row: Parameter) => row.access.includes("R");
+    if (want.has("axis") || first)
+        for (const row of axis.filter(readable))
+            for (let motor = 0; motor < 3; motor++) list.push({ bank: -1, number: row.number, motor });
+    for (const row of globals.filter(readable))
+        if (want.has(row.bank === 2 ? "variables" : "globals")) list.push({ bank: row.bank, number: row.number, motor: 0 });
+    if (want.has("coordinates"))
+        for (let number = 0; number < tables.value.coordinates; number++)
+            for (let motor = 0; motor < 3; motor++) list.push({ bank: COORDINATE_BANK, number, motor });
+    return list;
+}
+
+/** Read what is wanted now. */
+export async function refresh(): Promise<void> {
+    if (!online.value || !powered.value) return;
+    const list = items();
+    if (!list.length) return;
+    const values = await connection.call({ call: "read_many", items: list }).catch(() => null);
+    if (!values) return;
+    const old = parameters.peek();
+    const axis = new Map(old.axis);
+    const globals = new Map(old.globals);
+    const coordinates = old.coordinates.slice();
+    const glow = new Map(touched.peek());
+    const now = performance.now();
+    list.forEach(({ bank, number, motor }, at) => {
+        const value = values[at] ?? null;
+        let before: number | null | undefined;
+        if (bank === -1) {
+            const row = (axis.get(number) ?? []).slice();
+            before = row[motor];
+            row[motor] = value;
+            axis.set(number, row);
+        } else if (bank === COORDINATE_BANK) {
+            const row = (coordinates[number] ?? []).slice();
+            before = row[motor];
+            row[motor] = value;
+            coordinates[number] = row;
+        } else {
+            before = globals.get(`${bank}/${number}`);
+            globals.set(`${bank}/${number}`, value);
+        }
+        if (before !== undefined && before !== value) glow.set(keyOf(bank, number, motor), now);
+    });
+    for (const [key, at] of glow) if (now - at > 1500) glow.delete(key);
+    touched.value = glow;
+    parameters.value = { axis, globals, coordinates };
+}
+
+let timer = 0;
+async function poll(): Promise<void> {
+    if (!document.hidden) await refresh();
+    const quick = welcome.value?.ability.peek;
+    timer = window.setTimeout(() => void poll(), wanted.peek().size ? (quick ? 500 : 4000) : quick ? 1500 : 15000);
+}
+effect(() => {
+    void wanted.value;
+    if (!online.value) return;
+    clearTimeout(timer);
+    void poll();
+});

@@ -1,0 +1,57 @@
+// Conversions between the chip's units and physical ones.
+// Source: TMC429 datasheet 8.1.13: R = f v / (2^pulse_div 2048 32), dR/dt = f^2 a / 2^(pulse_div + ramp_div + 29).
+
+export interface Scale {
+    clock_hz: number;
+    pulse_div: number;
+    ramp_div: number;
+    /** Axis parameter 140: microsteps of a full step are 2 to this. */
+    resolution: number;
+    fullsteps_per_turn: number;
+}
+
+/** Microsteps a second. */
+export const rate = (s: Scale, velocity: number): number =>
+    (s.clock_hz * velocity) / (2 ** s.pulse_div * 2048 * 32);
+
+/** Microsteps a second squared. */
+export const rateSlope = (s: Scale, acceleration: number): number =>
+    (s.clock_hz ** 2 * acceleration) / 2 ** (s.pulse_div + s.ramp_div + 29);
+
+export const ustepsPerTurn = (s: Scale): number => s.fullsteps_per_turn * 2 ** s.resolution;
+export const fullstepRate = (s: Scale, velocity: number): number => rate(s, velocity) / 2 ** s.resolution;
+export const rpm = (s: Scale, velocity: number): number => (rate(s, velocity) / ustepsPerTurn(s)) * 60;
+export const turns = (s: Scale, usteps: number): number => usteps / ustepsPerTurn(s);
+
+/** The nearest velocity setting for a speed in turns a minute. */
+export const velocityOfRpm = (s: Scale, speed: number): number =>
+    Math.round(((speed / 60) * ustepsPerTurn(s) * 2 ** s.pulse_div * 2048 * 32) / s.clock_hz);
+
+export const accelerationOfSlope = (s: Scale, slope: number): number =>
+    Math.round((slope * 2 ** (s.pulse_div + s.ramp_div + 29)) / s.clock_hz ** 2);
+
+/** Seconds to come from rest to `velocity`. */
+export const rampSeconds = (s: Scale, velocity: number, acceleration: number): number =>
+    acceleration === 0 ? Infinity : rate(s, velocity) / rateSlope(s, acceleration);
+
+const DIGITS = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
+
+/** A whole number with thin spaces between thousands and a true minus sign. */
+export const grouped = (value: number): string =>
+    DIGITS.format(value).replace(/,/g, "\u2009").replace("-", "\u2212");
+
+/** Three significant digits. */
+export function short(value: number): string {
+    if (!Number.isFinite(value)) return "\u221e";
+    const size = Math.abs(value);
+    const digits = size >= 100 || size === 0 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3;
+    return value.toFixed(digits).replace("-", "\u2212");
+}
+
+/** Virtual time as hours, minutes, seconds, milliseconds. */
+export function clockText(seconds: number): string {
+    const ms = Math.floor(seconds * 1000);
+    const pad = (value: number, width: number) => String(value).padStart(width, "0");
+    const parts = [pad(Math.floor(ms / 60000) % 60, 2), pad(Math.floor(ms / 1000) % 60, 2)];
+    return `${Math.floor(ms / 3600000)}:${parts.join(":")}.${pad(ms % 1000, 3)}`;
+}

@@ -1,0 +1,170 @@
+// The page: tool bar, files, editor, panels.
+import { effect } from "@preact/signals";
+import { render } from "preact";
+import { Editor } from "./editor/editor";
+import { PROGRAM_FLAGS } from "./wire";
+import { action, perform, shownTheme } from "./logic/actions";
+import { can, clockSeconds, connection, loaded, program, tables, time, timePaused, welcome } from "./logic/app";
+import { assembled, busy, changedSinceDownload, languageServer } from "./logic/build";
+import { PAGES, active, activeTab, closeTab, documents, newFile, openFile, problemCount, restore, tabs, target, type PageName, type Tab } from "./logic/documents";
+import { bottom, bottomTall, layout, right, type BottomPanel, type RightPanel } from "./logic/layout";
+import { clockText, short } from "./logic/units";
+import { Axes } from "./panels/axes";
+import { Bench, TimeControls } from "./panels/bench";
+import { Direct } from "./panels/direct";
+import { Files } from "./panels/files";
+import { Listing } from "./panels/listing";
+import { Log } from "./panels/log";
+import { Banner, Notices, Overview, Palette } from "./panels/overlays";
+import { Parameters } from "./panels/parameters";
+import { Plot } from "./panels/plot";
+import { Problems } from "./panels/problems";
+import { Program, programText } from "./panels/program";
+import { Tools } from "./panels/tools";
+import { ActionButton, Empty, Splitter } from "./widgets/basics";
+import { Icon } from "./widgets/icons";
+
+function TopBar() {
+    const model = welcome.value?.model;
+    const source = welcome.value?.source;
+    return (
+        <header class="top">
+            <div class="brand" title={welcome.value ? `${welcome.value.product} · ${welcome.value.module}` : undefined}>
+                <i class={`heart ${connection.state.value}`} />
+                <b>{model?.name ?? "tmcm34x"}</b><span class="muted">{model && `V${model.version.split("V")[1]}`} {source && (source === "virtual" ? "virtual" : source)}</span>
+            </div>
+            <div class="group"><ActionButton id="run" label tone="go" /><ActionButton id="pause" /><ActionButton id="step" /><ActionButton id="step_over" /><ActionButton id="stop" label /><ActionButton id="reset" /></div>
+            <div class="group"><ActionButton id="assemble" label /><ActionButton id="download" label /><ActionButton id="upload" /></div>
+            <span class="gap" />
+            {can.value.bench && <span class={`virtual-time ${timePaused.value ? "held" : ""}`} title="Virtual time since power-on">{clockText(clockSeconds.value)}</span>}
+            <TimeControls />
+            <button class="stop-all" disabled={!action("stop_all").enabled!()} title="Stop the program and all motors (F10)" onClick={() => perform("stop_all")}>STOP ALL <kbd>F10</kbd></button>
+            <ActionButton id="theme" /><ActionButton id="keys" />
+        </header>
+    );
+}
+
+const keyOf = (tab: Tab) => (tab.kind === "file" ? tab.path : `:${tab.kind}`);
+
+function Tabs() {
+    return (
+        <div class="tabs" role="tablist" aria-label="Pages">
+            {tabs.value.map((tab) => {
+                const key = keyOf(tab);
+                const document = documents.value.get(key);
+                const title = tab.kind === "file" ? tab.path.split("/").pop()! : PAGES[tab.kind];
+                return (
+                    <div key={key} class={`tab ${active.value === key ? "on" : ""}`} onAuxClick={(event) => event.button === 1 && closeTab(key)}>
+                        <button role="tab" aria-selected={active.value === key} title={tab.path} onClick={() => (active.value = key)}>
+                            {title}{document?.dirty.value && <i class="dot" title="Not saved" />}{document?.outside.value && <Icon name="alert" size={12} />}</button>
+                        <button class="close" aria-label={`Close ${title}`} onClick={() => closeTab(key)}><Icon name="close" size={11} /></button>
+                    </div>
+                );
+            })}
+            <button class="tool" aria-label="New program" title="New program (Alt+N)" onClick={() => newFile()}><Icon name="plus" size={14} /></button>
+        </div>
+    );
+}
+
+const MAIN: Partial<Record<PageName, () => preact.JSX.Element>> = { parameters: Parameters, tools: Tools, listing: Listing };
+
+function Main() {
+    if (!welcome.value)
+        return <Empty icon="plug" title={connection.state.value === "connecting" ? "Opening the IDE…" : "No server"}>{connection.state.value !== "connecting" && "This page comes to life when the IDE's server answers."}</Empty>;
+    const kind = activeTab.value?.kind;
+    const Page = kind && kind !== "file" ? MAIN[kind] : undefined;
+    return (
+        <>
+            {Page && <Page />}
+            <div class="editors" hidden={kind !== "file"}><Editor /></div>
+            {!activeTab.value && (
+                <Empty icon="file" title="No page open">Choose a file at the left, or <button class="link" onClick={() => newFile()}>begin a program</button>. <kbd>Ctrl+P</kbd> finds everything.</Empty>
+            )}
+        </>
+    );
+}
+
+const RIGHT: Record<Exclude<RightPanel, "">, [string, () => preact.JSX.Element]> = { axes: ["Axes", Axes], bench: ["Bench", Bench], program: ["Program", Program] };
+const BOTTOM: Record<Exclude<BottomPanel, "">, [string, () => preact.JSX.Element]> = {
+    plot: ["Plot", Plot], direct: ["Direct mode", Direct], log: ["Telegrams", Log], problems: ["Problems", Problems],
+};
+
+function PanelTabs<T extends string>({ panels, value, set, label }: { panels: Record<T, [string, unknown]>; value: string; set: (name: T) => void; label: string }) {
+    const { errors, warnings } = problemCount.value;
+    return (
+        <div class="panel-tabs" role="tablist" aria-label={label}>
+            {(Object.entries(panels) as [T, [string, unknown]][]).map(([name, [title]]) => (
+                <button key={name} role="tab" aria-selected={value === name} class={value === name ? "on" : ""} onClick={() => set(name)}>
+                    {title}{name === "problems" && errors + warnings > 0 && <span class={`badge ${errors ? "bad" : "warn"}`}>{errors || warnings}</span>}
+                    {name === "program" && program.value.paused === 1 && <span class="badge warn">held</span>}</button>
+            ))}
+        </div>
+    );
+}
+
+function StatusBar() {
+    const { counter, state, paused, accumulator, x, flags } = program.value;
+    const size = assembled.value.get(target.value)?.listing?.lines.length;
+    return (
+        <footer class="status">
+            <span class={`pill ${paused ? "warn" : state === 1 ? "good" : ""}`}>{programText()}</span>
+            <span>at <b>{counter}</b></span>
+            {can.value.debug && <><span>accumulator <b>{accumulator}</b></span><span>X <b>{x}</b></span></>}
+            {(flags & PROGRAM_FLAGS.eto) !== 0 && <span class="pill warn">ETO</span>}
+            {welcome.value && changedSinceDownload() && <span class="pill warn" title="Run downloads the new text">module holds an older text</span>}
+            {busy.value && <span class="pill">{busy.value}…</span>}
+            <span class="gap" />
+            {can.value.bench && <span title="Virtual seconds to a second, as reached">{timePaused.value ? "time held" : `${short(time.value.speed)}×`}</span>}
+            {size !== undefined && <span>{size} / {tables.value.program_size}</span>}
+            <button class="link" onClick={() => (bottom.value = "problems")}>{problemCount.value.errors} errors, {problemCount.value.warnings} warnings</button>
+            {can.value.language_server && <span title="Completion, hover and squiggles">{languageServer.value ? "language server" : "language server…"}</span>}
+            {(welcome.value?.pages ?? 1) > 1 && <span title="Windows that look at this module">{welcome.value!.pages} windows</span>}
+        </footer>
+    );
+}
+
+function Page() {
+    const sizes = layout.value;
+    const set = (part: Partial<typeof sizes>) => (layout.value = { ...layout.value, ...part });
+    const clamp = (value: number, low: number, high: number) => Math.max(low, Math.min(high, value));
+    const Right = right.value ? RIGHT[right.value][1] : null;
+    const Bottom = bottom.value ? BOTTOM[bottom.value][1] : null;
+    const columns = `${sizes.files ? `${sizes.filesWidth}px ` : "0 "}minmax(0, 1fr) ${Right ? `${sizes.rightWidth}px` : "0"}`;
+    return (
+        <div class="shell" style={{ gridTemplateColumns: columns }}>
+            <TopBar />
+            <Banner />
+            {sizes.files ? <div class="side"><Files /><Splitter vertical label="Width of files" onDrag={(delta) => set({ filesWidth: clamp(layout.value.filesWidth + delta, 120, 420) })} /></div> : <div />}
+            <main class="middle">
+                {!(bottomTall.value && Bottom) && <><Tabs /><div class="work"><Main /></div></>}
+                <section class="bottom" aria-label="Lower panel" style={{ height: !Bottom ? "auto" : bottomTall.value ? "100%" : `${sizes.bottomHeight}px` }}>
+                    {Bottom && !bottomTall.value && <Splitter vertical={false} label="Height of the lower panel" onDrag={(delta) => set({ bottomHeight: clamp(layout.value.bottomHeight - delta, 120, window.innerHeight - 220) })} />}
+                    <div class="panel-head"><PanelTabs panels={BOTTOM} value={bottom.value} set={(name) => (bottom.value = name)} label="Lower panel" /><span class="gap" />
+                        {Bottom && <button class="tool" title={bottomTall.value ? "Smaller" : "As tall as possible"} aria-label="Toggle full height" onClick={() => (bottomTall.value = !bottomTall.value)}><Icon name={bottomTall.value ? "down" : "up"} size={13} /></button>}
+                        <button class="tool" title="Show or hide (Ctrl+J)" aria-label="Toggle lower panel" onClick={() => perform("toggle_bottom")}><Icon name={Bottom ? "minus" : "plus"} size={13} /></button></div>
+                    {Bottom && <div class="panel-body"><Bottom /></div>}
+                </section>
+            </main>
+            {Right ? (
+                <aside class="right" aria-label="Right panel">
+                    <Splitter vertical label="Width of the right panel" onDrag={(delta) => set({ rightWidth: clamp(layout.value.rightWidth - delta, 330, 760) })} />
+                    <div class="panel-head"><PanelTabs panels={RIGHT} value={right.value} set={(name) => (right.value = name)} label="Right panel" /></div>
+                    <div class="panel-body"><Right /></div>
+                </aside>
+            ) : <div />}
+            <StatusBar />
+            <Palette /><Overview /><Notices />
+        </div>
+    );
+}
+
+let restored = false;
+effect(() => {
+    if (!welcome.value || restored) return;
+    restored = true;
+    void restore();
+});
+void shownTheme;
+void [openFile, loaded];
+render(<Page />, document.getElementById("page")!);
+connection.open();

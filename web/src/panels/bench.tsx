@@ -1,0 +1,138 @@
+// The bench around a virtual module: what a hand would do with switches, shafts, wires and the power supply.
+import { board, can, flag, motors, plugged, powered, timePaused, time, welcome, world, ask } from "../logic/app";
+import type { SetBench } from "../wire";
+import { Empty, Lamp, NumberField, Switch } from "../widgets/basics";
+import { Icon } from "../widgets/icons";
+import { short } from "../logic/units";
+
+const set = (what: SetBench["what"], index: number, value: number) => ask({ call: "set_bench", what, index, value });
+
+const FAULTS = ["overcurrent A", "overcurrent B", "open load A", "open load B", "overcurrent high side",
+    "undervoltage", "temperature warning", "overtemperature"] as const;
+
+export const SPEEDS = [[0.01, "1/100"], [0.1, "1/10"], [0.25, "1/4"], [1, "1×"], [4, "4×"], [10, "10×"], [100, "100×"], [0, "max"]] as const;
+
+export function TimeControls() {
+    if (!can.value.bench) return null;
+    const asked = time.value.asked;
+    const speed = (value: number) => ask({ call: "set_time", paused: timePaused.value, speed: value });
+    const listed = SPEEDS.some(([value]) => Math.abs(value - asked) < 1e-6);
+    return (
+        <span class="time-controls">
+            <button class={`tool ${timePaused.value ? "on" : ""}`} aria-pressed={timePaused.value} aria-label="Hold time"
+                title="Hold time: module and world stand still (Ctrl+F9)"
+                onClick={() => ask({ call: "set_time", paused: !timePaused.value, speed: asked })}>
+                <Icon name={timePaused.value ? "play" : "pause"} /></button>
+            <button class="tool text" title="Let one millisecond pass, then hold (Ctrl+F10)" aria-label="One millisecond"
+                onClick={() => ask({ call: "step_time", ms: 1 })}>+1 ms</button>
+            <select aria-label="Speed of time" title="Virtual seconds to a second" value={String(asked)}
+                onChange={(event) => speed(Number(event.currentTarget.value))}>
+                {!listed && <option value={String(asked)}>{short(asked)}×</option>}
+                {SPEEDS.map(([value, text]) => <option key={value} value={String(value)} selected={Math.abs(value - asked) < 1e-6}>{text}</option>)}
+            </select>
+        </span>
+    );
+}
+
+/** A switch that a finger closes: held while pressed, or kept with the lock. */
+function StopSwitch({ motor, side }: { motor: number; side: "left" | "right" }) {
+    const held = world.value?.axes[motor]?.[side === "left" ? "left_held" : "right_held"] ?? false;
+    const closed = flag(motor, side);
+    const off = flag(motor, side === "left" ? "left_off" : "right_off");
+    return (
+        <button class={`stop-switch ${closed ? "closed" : ""} ${held ? "held" : ""}`} aria-pressed={closed}
+            aria-label={`${side} switch of motor ${motor}`}
+            title={`${closed ? "Open" : "Close"} the ${side} switch of motor ${motor}${off ? " (the module ignores it: disabled)" : ""}`}
+            onClick={() => set(side, motor, held ? 0 : 1)}>
+            <svg width="34" height="20" viewBox="0 0 34 20" aria-hidden="true">
+                <circle cx="5" cy="14" r="2.500" /><circle cx="29" cy="14" r="2.500" />
+                <path d={closed ? "M7.500 14H26.500" : "M7.300 13 25 5"} />
+            </svg>
+            <span>{side}{off ? " ·off" : ""}</span>
+        </button>
+    );
+}
+
+function AxisBench({ motor }: { motor: number }) {
+    const axis = world.value?.axes[motor];
+    if (!axis) return null;
+    const percent = Math.round(axis.load * 100);
+    const drivers = (welcome.value?.model.max_current_ma ?? 0) > 0;
+    return (
+        <section class={`bench-axis motor${motor}`} aria-label={`Bench of motor ${motor}`}>
+            <h4><span class="name">Motor {motor}</span><span class="muted">{axis.motor}</span>
+                {motors[motor]!.value.slip !== 0 && <span class="bad">{Math.abs(motors[motor]!.value.slip)} full steps lost</span>}</h4>
+            <div class="row">
+                <StopSwitch motor={motor} side="left" />
+                <label class="slider" title="Torque against the motor, in parts of its holding torque; above 100 % it loses steps">
+                    <span>load <b>{percent}</b> %</span>
+                    <input type="range" min="0" max="150" value={percent} aria-label={`Load of motor ${motor}`}
+                        onInput={(event) => set("load", motor, Number(event.currentTarget.value) / 100)} />
+                </label>
+                <StopSwitch motor={motor} side="right" />
+            </div>
+            {drivers && (
+                <div class="faults" role="group" aria-label={`Driver faults of motor ${motor}`}>
+                    {FAULTS.map((fault, bit) => {
+                        const on = (axis.faults & (1 << bit)) !== 0;
+                        return (
+                            <button key={fault} class={`fault ${on ? "on" : ""}`} aria-pressed={on} title={`Driver fault: ${fault}`}
+                                onClick={() => set("fault", motor, axis.faults ^ (1 << bit))}>
+                                {["OCA", "OCB", "OLA", "OLB", "OCHS", "UV", "OTPW", "OT"][bit]}</button>
+                        );
+                    })}
+                </div>
+            )}
+        </section>
+    );
+}
+
+export function Bench() {
+    if (!welcome.value) return <Empty icon="plug" title="No module yet">Waiting for the IDE's server.</Empty>;
+    if (!can.value.bench)
+        return (
+            <Empty icon="plug" title="This is a real module">
+                Its switches, loads and wires are in your hands. Start <code>tmcm34x ide</code> without <code>--port</code> for
+                a bench to click.
+            </Empty>
+        );
+    const state = board.value;
+    const analog = (n: number) => state[`analog${n}` as "analog0"];
+    return (
+        <div class="bench">
+            <section class="supply">
+                <button class={`wide ${powered.value ? "on" : "off"}`} aria-pressed={powered.value} aria-label="Power"
+                    title={powered.value ? "Switch the supply off" : "Switch the supply on"}
+                    onClick={() => set("power", 0, powered.value ? 0 : 1)}><Icon name="power" /> {powered.value ? "Power on" : "Power off"}</button>
+                <button class={`wide ${plugged.value ? "" : "off"}`} aria-pressed={!plugged.value} aria-label="Line"
+                    title={plugged.value ? "Unplug the line between host and module" : "Plug the line in again"}
+                    onClick={() => set("line", 0, plugged.value ? 0 : 1)}><Icon name="plug" /> {plugged.value ? "Line plugged" : "Line unplugged"}</button>
+                <label class="wide" title={`SHUTDOWN pin ${welcome.value.model.shutdown_pin}; parameter 80 says what it does`}>
+                    <Switch label="SHUTDOWN pin" on={state.shutdown !== 0} onChange={(on) => set("shutdown", 0, on ? 1 : 0)} /> SHUTDOWN</label>
+            </section>
+            {[0, 1, 2].map((motor) => <AxisBench key={motor} motor={motor} />)}
+            <section class="lines">
+                <h4>Inputs <span class="muted">each is digital and analogue at once</span></h4>
+                <div class="inputs">
+                    {[0, 1, 2, 3, 4, 5, 6, 7].map((n) => (
+                        <div class="input" key={n}>
+                            <span class="number-label">{n}</span>
+                            <Switch label={`Input ${n}`} on={((state.inputs >> n) & 1) === 1} onChange={(on) => set("input", n, on ? 1 : 0)} />
+                            <input type="range" min="0" max="1023" value={analog(n)} aria-label={`Level of input ${n}`}
+                                onInput={(event) => set("analog", n, Number(event.currentTarget.value))} />
+                            <NumberField width={48} label={`Value of input ${n}`} value={analog(n)} low={0} high={1023}
+                                onCommit={(value) => set("analog", n, value)} />
+                        </div>
+                    ))}
+                </div>
+                <h4>Outputs</h4>
+                <div class="outputs">
+                    {[0, 1, 2, 3, 4, 5, 6, 7].map((n) => (
+                        <span class="output" key={n} title={`Output ${n}`}><Lamp on={((state.outputs >> n) & 1) === 1} label={`output ${n}`} /> {n}</span>
+                    ))}
+                </div>
+            </section>
+            <p class="muted note">{world.value?.bench}{world.value?.address && <> · other hosts reach this module at <code>{world.value.address}</code></>}</p>
+        </div>
+    );
+}

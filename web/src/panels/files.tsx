@@ -1,0 +1,64 @@
+// The opened folder.
+import { useSignal } from "@preact/signals";
+import { ask, files, welcome } from "../logic/app";
+import { active, documents, mainFile, newFile, openFile, openPage, problems, rename } from "../logic/documents";
+import { Icon } from "../widgets/icons";
+import type { FileEntry } from "../wire";
+
+export function Files() {
+    const renamed = useSignal("");
+    const list = files.value;
+    const name = (welcome.value?.folder ?? "").split("/").filter(Boolean).pop() ?? "";
+    return (
+        <nav class="files" aria-label="Files">
+            <header><span title={welcome.value?.folder}>{name}</span>
+                <button class="tool" title="New program (Alt+N)" aria-label="New program" onClick={() => newFile()}><Icon name="plus" /></button></header>
+            <div class="tree" role="tree">
+                {list.map((entry) => <Entry key={entry.path} entry={entry} renamed={renamed} />)}
+                {[...documents.value.values()].filter((document) => !document.stamp).map((document) => (
+                    <button key={document.path} role="treeitem" class={`entry new ${active.value === document.path ? "on" : ""}`} onClick={() => openFile(document.path)}>
+                        <Icon name="file" size={14} /><span>{document.path}</span><i class="dot" title="Not saved yet" /></button>
+                ))}
+                {!list.length && <p class="muted note">This folder is empty.</p>}
+            </div>
+            <div class="pages">
+                <button class={active.value === ":parameters" ? "on" : ""} onClick={() => openPage("parameters")}><Icon name="table" size={14} /> Parameters</button>
+                <button class={active.value === ":tools" ? "on" : ""} onClick={() => openPage("tools")}><Icon name="tools" size={14} /> Tools</button>
+                <button class={active.value === ":listing" ? "on" : ""} onClick={() => openPage("listing")}><Icon name="list" size={14} /> Listing</button>
+            </div>
+        </nav>
+    );
+}
+
+function Entry({ entry, renamed }: { entry: FileEntry; renamed: { value: string } }) {
+    const depth = entry.path.split("/").length - 1;
+    const short = entry.path.split("/").pop()!;
+    const document = documents.value.get(entry.path);
+    const bad = problems.value.get(entry.path)?.some((problem) => problem.severity === "error");
+    const style = { paddingLeft: `${10 + depth * 12}px` };
+    if (entry.folder) return <div class="entry folder" style={style}><Icon name="folder" size={14} /><span>{short}</span></div>;
+    if (renamed.value === entry.path)
+        return (
+            <input class="rename" value={short} aria-label={`New name of ${short}`} ref={(field) => field?.focus()}
+                onBlur={() => (renamed.value = "")}
+                onKeyDown={(event) => {
+                    if (event.key === "Escape") renamed.value = "";
+                    if (event.key !== "Enter") return;
+                    const to = entry.path.slice(0, entry.path.length - short.length) + event.currentTarget.value.trim();
+                    renamed.value = "";
+                    if (to !== entry.path) void rename(entry.path, to);
+                }} />
+        );
+    return (
+        <button role="treeitem" class={`entry ${active.value === entry.path ? "on" : ""} ${bad ? "wrong" : ""}`} style={style} title={`${entry.path}${mainFile.value === entry.path ? " (main file)" : ""}`}
+            onClick={() => openFile(entry.path)}
+            onKeyDown={(event) => {
+                if (event.key === "Delete" && confirm(`Delete ${entry.path}?`)) void ask({ call: "delete_file", path: entry.path });
+            }}
+            onDblClick={() => (renamed.value = entry.path)}>
+            <Icon name="file" size={14} /><span>{short}</span>
+            {mainFile.value === entry.path && <Icon name="star" size={12} />}
+            {document?.dirty.value && <i class="dot" title="Not saved" />}
+        </button>
+    );
+}

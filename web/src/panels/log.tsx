@@ -1,0 +1,69 @@
+// All telegrams of all links, decoded.
+import { useComputed, useSignal, useSignalEffect } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import { ask, connection, droppedTelegrams, online, tables, telegrams } from "../logic/app";
+import { remembered } from "../logic/settings";
+import { Empty, offer } from "../widgets/basics";
+import { Icon } from "../widgets/icons";
+
+const filter = remembered("log-filter", "");
+const following = remembered("log-follow", true);
+const ROW = 19;
+
+/** Words that must all occur; a word with a leading minus must not. */
+export function matches(text: string, words: readonly string[]): boolean {
+    const low = text.toLowerCase();
+    return words.every((word) => (word.length > 1 && word.startsWith("-") ? !low.includes(word.slice(1)) : low.includes(word)));
+}
+
+export function Log() {
+    useEffect(() => {
+        void ask({ call: "follow_log", on: true });
+        return () => void connection.call({ call: "follow_log", on: false }).catch(() => {});
+    }, [online.value]);
+    const box = useRef<HTMLDivElement>(null);
+    const top = useSignal(0);
+    const height = useSignal(200);
+    const shown = useComputed(() => {
+        const words = filter.value.toLowerCase().split(/\s+/).filter(Boolean);
+        return words.length ? telegrams.value.filter((line) => matches(`${line.link} ${line.direction} ${line.data} ${line.text}`, words)) : telegrams.value;
+    });
+    useSignalEffect(() => {
+        void shown.value.length;
+        if (following.value && box.current) requestAnimationFrame(() => box.current && (box.current.scrollTop = box.current.scrollHeight));
+    });
+    const hz = tables.value.clock_hz;
+    const first = Math.max(0, Math.floor(top.value / ROW) - 5);
+    const last = Math.min(shown.value.length, Math.ceil((top.value + height.value) / ROW) + 5);
+    const text = () => shown.value.map((line) => [(line.clock / hz).toFixed(6), line.link, line.direction === "in" ? ">" : "<", line.data, line.text].join("\t")).join("\n") + "\n";
+    return (
+        <div class="log">
+            <div class="bar">
+                <label class="search"><Icon name="filter" /><input placeholder="filter: words, -without" aria-label="Filter telegrams" value={filter.value}
+                    onInput={(event) => (filter.value = event.currentTarget.value)} /></label>
+                <span class="muted">{shown.value.length}{filter.value && ` of ${telegrams.value.length}`} telegrams{droppedTelegrams.value ? `, ${droppedTelegrams.value} too many to keep` : ""}</span>
+                <span class="gap" />
+                <button class={`tool ${following.value ? "on" : ""}`} aria-pressed={following.value} title="Stay at the newest line" onClick={() => (following.value = !following.value)}><Icon name="down" /></button>
+                <button class="tool" title="Save the lines shown" onClick={() => offer("telegrams.txt", text())}><Icon name="save" /></button>
+                <button class="tool" title="Forget all lines" onClick={() => { telegrams.value = []; droppedTelegrams.value = 0; }}><Icon name="trash" /></button>
+            </div>
+            {shown.value.length ? (
+                <div class="lines" ref={(element) => { box.current = element; if (element) height.value = element.clientHeight; }}
+                    onScroll={(event) => { top.value = event.currentTarget.scrollTop; height.value = event.currentTarget.clientHeight; }}>
+                    <div style={{ height: `${shown.value.length * ROW}px`, position: "relative" }}>
+                        {shown.value.slice(first, last).map((line, n) => (
+                            <div key={line.number} class={`telegram ${line.direction} ${line.status && line.status < 100 ? "bad" : ""}`} style={{ top: `${(first + n) * ROW}px` }}>
+                                <span class="when">{(line.clock / hz).toFixed(6)}</span>
+                                <span class="link-name" title={line.link}>{line.link}</span>
+                                <span class="arrow">{line.direction === "in" ? "→" : "←"}</span>
+                                <span class="bytes">{line.data}</span>
+                                <span class="text">{line.text}</span>
+                            </div>
+                        ))}
+                    </div>
+                </div>
+            ) : telegrams.value.length ? <Empty icon="filter" title="No line has all these words" />
+                : <Empty icon="list" title="Quiet lines">Telegrams of every link appear here: of this IDE's direct mode, and of other hosts.</Empty>}
+        </div>
+    );
+}

@@ -1,0 +1,125 @@
+// Palette, overview of keys, notices, and what is said when the server is away.
+import { useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import { ACTIONS, overview, perform } from "../logic/actions";
+import { connection, dismiss, files, link, notices, powered, progress, welcome } from "../logic/app";
+import { openFile, openPage, PAGES, type PageName } from "../logic/documents";
+import { palette } from "../logic/layout";
+import { Icon } from "../widgets/icons";
+
+interface Row { title: string; detail: string; run: () => unknown; weight: number }
+
+/** How well `text` matches `wish`: letters in order; 0 is not at all, more is better. */
+export function score(text: string, wish: string): number {
+    if (!wish) return 1;
+    const low = text.toLowerCase();
+    const at = low.indexOf(wish);
+    if (at >= 0) return 100 - at + (at === 0 || low[at - 1] === " " ? 50 : 0);
+    let place = 0;
+    for (const letter of wish) {
+        place = low.indexOf(letter, place) + 1;
+        if (!place) return 0;
+    }
+    return 10;
+}
+
+export function Palette() {
+    const chosen = useSignal(0);
+    const field = useRef<HTMLInputElement>(null);
+    const open = palette.value !== null;
+    useEffect(() => {
+        if (open) field.current?.focus();
+        chosen.value = 0;
+    }, [open]);
+    if (palette.value === null) return null;
+    const wish = palette.value.trim().toLowerCase();
+    const close = () => (palette.value = null);
+    const rows: Row[] = [
+        ...files.value.filter((file) => !file.folder).map((file) => ({ title: file.path, detail: "file", run: () => openFile(file.path), weight: 1 })),
+        ...ACTIONS.filter((row) => row.id !== "open" && (row.enabled?.() ?? true)).map((row) => ({ title: row.title, detail: row.keys?.[0] ?? row.group, run: () => perform(row.id), weight: 0 })),
+        ...Object.entries(PAGES).filter(([kind]) => kind !== "guide").map(([kind, title]) => ({ title: `Open ${title}`, detail: "page", run: () => openPage(kind as PageName), weight: 0 })),
+    ];
+    const found = rows.map((row) => ({ row, rank: score(row.title, wish) + row.weight })).filter(({ rank }) => rank >= 1)
+        .filter(({ row }) => score(row.title, wish) > 0).sort((a, b) => b.rank - a.rank).slice(0, 14);
+    const go = (row?: Row) => {
+        close();
+        if (row) void row.run();
+    };
+    return (
+        <div class="veil" onPointerDown={(event) => event.target === event.currentTarget && close()}>
+            <div class="palette" role="dialog" aria-label="Open or do anything">
+                <input ref={field} placeholder="File or command" aria-label="File or command" value={palette.value}
+                    onInput={(event) => { palette.value = event.currentTarget.value; chosen.value = 0; }}
+                    onKeyDown={(event) => {
+                        if (event.key === "Escape") close();
+                        else if (event.key === "Enter") go(found[chosen.value]?.row);
+                        else if (event.key === "ArrowDown") chosen.value = Math.min(found.length - 1, chosen.value + 1);
+                        else if (event.key === "ArrowUp") chosen.value = Math.max(0, chosen.value - 1);
+                        else return;
+                        event.preventDefault();
+                        event.stopPropagation();
+                    }} />
+                <div role="listbox">{found.map(({ row }, n) => (
+                    <button key={row.title + row.detail} role="option" aria-selected={n === chosen.value} class={n === chosen.value ? "on" : ""}
+                        onPointerMove={() => (chosen.value = n)} onClick={() => go(row)}><span>{row.title}</span><kbd>{row.detail}</kbd></button>
+                ))}{!found.length && <p class="muted note">Nothing of that name.</p>}</div>
+            </div>
+        </div>
+    );
+}
+
+export function Overview() {
+    const box = useRef<HTMLDivElement>(null);
+    useEffect(() => box.current?.focus(), [overview.value]);
+    if (!overview.value) return null;
+    const groups = ["Program", "Module", "File", "View"] as const;
+    return (
+        <div class="veil" onPointerDown={(event) => event.target === event.currentTarget && (overview.value = false)}>
+            <div class="overview" role="dialog" aria-label="Keyboard shortcuts" tabIndex={-1} ref={box}
+                onKeyDown={(event) => event.key === "Escape" && (overview.value = false)}>
+                <header><h2>Keyboard shortcuts</h2><button class="tool" aria-label="Close" onClick={() => (overview.value = false)}><Icon name="close" /></button></header>
+                <div class="groups">
+                    {groups.map((group) => (
+                        <section key={group}><h3>{group}</h3><dl>{ACTIONS.filter((row) => row.group === group && row.keys).map((row) => (
+                            <div key={row.id}><dt>{row.title}</dt><dd>{row.keys!.map((keys) => <kbd key={keys}>{keys}</kbd>)}</dd></div>))}</dl></section>
+                    ))}
+                    <section><h3>Editor</h3><dl>
+                        {[["Complete", "Ctrl+Space"], ["Go to definition", "F12"], ["References", "Shift+F12"], ["Format", "Shift+Alt+F"], ["Comment lines", "Ctrl+/"], ["Delete line", "Ctrl+Y"], ["Undo", "Ctrl+Z"], ["Redo", "Ctrl+Shift+Z"], ["Next problem", "Ctrl+F8"]].map(([title, keys]) =>
+                            <div key={title}><dt>{title}</dt><dd><kbd>{keys}</kbd></dd></div>)}</dl></section>
+                    <section><h3>Axes</h3><dl><div><dt>Jog while held</dt><dd><kbd>Space</kbd> on an arrow button</dd></div><div><dt>Take a number</dt><dd><kbd>Enter</kbd></dd></div><div><dt>Give it back</dt><dd><kbd>Esc</kbd></dd></div></dl></section>
+                </div>
+            </div>
+        </div>
+    );
+}
+
+export function Notices() {
+    return (
+        <div class="notices" role="status" aria-live="polite">
+            {notices.value.map((notice) => (
+                <div key={notice.id} class={`notice ${notice.severity}`}>
+                    <Icon name={notice.severity === "information" ? "info" : "alert"} /><span>{notice.text}</span>
+                    {notice.action && <button onClick={() => { notice.action!.run(); dismiss(notice.id); }}>{notice.action.title}</button>}
+                    <button class="tool" aria-label="Dismiss" onClick={() => dismiss(notice.id)}><Icon name="close" size={12} /></button>
+                </div>
+            ))}
+            {progress.value && (
+                <div class="notice"><span>{progress.value.title} {progress.value.done} / {progress.value.total}</span>
+                    <span class="bar"><span style={{ width: `${(progress.value.done / progress.value.total) * 100}%` }} /></span></div>
+            )}
+        </div>
+    );
+}
+
+/** A strip across the page while something is missing. */
+export function Banner() {
+    const state = connection.state.value;
+    if (state === "refused")
+        return <div class="banner bad" role="alert"><Icon name="alert" /> The IDE's server was started anew and does not know this window. Open the address that it printed; your texts are kept in this browser.</div>;
+    if (state === "lost" || (state === "connecting" && welcome.value))
+        return <div class="banner bad" role="alert"><Icon name="plug" /> The IDE's server does not answer. What you type is kept; the page comes back by itself.</div>;
+    if (!link.value.up) return <div class="banner bad" role="alert"><Icon name="plug" /> {link.value.text}</div>;
+    if (welcome.value?.ability.bench && !powered.value)
+        return <div class="banner" role="status"><Icon name="power" /> The module has no power: switch it on at the bench.</div>;
+    return null;
+}

@@ -1,0 +1,229 @@
+// All parameters of the module: seen, explained, changed, stored, exported.
+import { signal, useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import { ask, can, notify, online, powered, send, tables, world } from "../logic/app";
+import { COORDINATE_BANK, keyOf, parameters, refresh, touched } from "../logic/parameters";
+import { remembered } from "../logic/settings";
+import type { Eeprom, Parameter } from "../wire";
+import { Choice, Empty, NumberField, offer } from "../widgets/basics";
+import { Icon } from "../widgets/icons";
+import { want } from "./program";
+
+const section = remembered<"axis" | "globals" | "variables" | "coordinates" | "eeprom">("parameter-section", "axis");
+const filter = signal("");
+const changedOnly = remembered("parameter-changed", false);
+
+const axisValue = (row: Parameter, motor: number) => parameters.value.axis.get(row.number)?.[motor];
+const globalValue = (row: Parameter) => parameters.value.globals.get(`${row.bank}/${row.number}`);
+
+function found(row: Parameter): boolean {
+    const words = filter.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const text = `${row.number} ${row.name} ${row.key} ${row.meaning} ${row.unit}`.toLowerCase();
+    return words.every((word) => text.includes(word));
+}
+
+function Cell({ row, motor, value }: { row: Parameter; motor: number; value: number | null | undefined }) {
+    if (value === undefined) return <td class="cell muted">…</td>;
+    if (value === null) return <td class="cell muted" title="This module does not have it">–</td>;
+    const set = (next: number) =>
+        void send(row.bank === -1 ? "SAP" : "SGP", row.number, row.bank === -1 ? motor : row.bank, next).then(refresh);
+    const label = row.bank === -1 ? `${row.name} of motor ${motor}` : row.name;
+    const writable = row.access.includes("W");
+    const differs = writable && row.access.includes("E") && value !== row.default;
+    const glow = touched.value.has(keyOf(row.bank, row.number, row.bank === -1 ? motor : 0));
+    return (
+        <td class={`cell ${differs ? "differs" : ""} ${glow ? "touched" : ""}`} title={differs ? `Default ${row.default}` : undefined}>
+            {!writable ? <span class="value">{row.choices.find((choice) => choice.value === value)?.text ?? value}</span>
+                : row.choices.length ? (
+                    <select aria-label={label} value={String(value)} disabled={!online.value} onChange={(event) => set(Number(event.currentTarget.value))}>
+                        {!row.choices.some((choice) => choice.value === value) && <option value={String(value)}>{value}</option>}
+                        {row.choices.map((choice) => <option key={choice.value} value={String(choice.value)} selected={choice.value === value}>{choice.value} {choice.text}</option>)}
+                    </select>
+                ) : <NumberField value={value} low={row.low} high={row.high} label={label} disabled={!online.value} onCommit={set} />}
+        </td>
+    );
+}
+
+function Range({ row }: { row: Parameter }) {
+    const text = row.low === -(2 ** 31) ? "±2³¹" : row.low === -(2 ** 23) ? "±2²³" : row.high === 2 ** 23 - 1 ? "0…2²³" : `${row.low}…${row.high}`.replace("-", "\u2212");
+    return <td class="range">{row.access.includes("W") ? text : "read only"}</td>;
+}
+
+function What({ row }: { row: Parameter }) {
+    return (
+        <td class="what"><b>{row.name}</b><p>{row.meaning} <span class="section">{row.section}</span></p></td>
+    );
+}
+
+async function each(motors: number[], mnemonic: "STAP" | "RSAP", row: Parameter): Promise<void> {
+    for (const motor of motors) if (!(await send(mnemonic, row.number, motor))) return;
+    if (mnemonic === "RSAP") await refresh();
+    else notify("information", `${row.name}: stored for ${motors.length} motors.`);
+}
+
+async function storeAll(): Promise<void> {
+    let count = 0;
+    for (const row of tables.value.axis.filter((item) => item.access.includes("E")))
+        for (const motor of [0, 1, 2]) {
+            if (axisValue(row, motor) == null) continue;
+            const exchange = await send("STAP", row.number, motor);
+            if (exchange?.status !== 100) return;
+            count++;
+        }
+    notify("information", `${count} axis parameters are in the EEPROM.`);
+}
+
+function AxisTable() {
+    want("axis");
+    const rows = tables.value.axis.filter((row) => found(row)
+        && (!changedOnly.value || (row.access.includes("W") && [0, 1, 2].some((motor) => axisValue(row, motor) != null && axisValue(row, motor) !== row.default))));
+    return (
+        <table class="parameters axis">
+            <thead><tr><th>no.</th><th>parameter</th>{[0, 1, 2].map((motor) => <th key={motor} class={`motor motor${motor}`}>motor {motor}</th>)}<th>unit</th><th>range</th><th>default</th><th /></tr></thead>
+            <tbody>{rows.map((row) => (
+                <tr key={row.number}>
+                    <td class="no">{row.number}</td><What row={row} />
+                    {[0, 1, 2].map((motor) => <Cell key={motor} row={row} motor={motor} value={axisValue(row, motor)} />)}
+                    <td class="unit">{row.unit}</td><Range row={row} /><td class="default">{row.access.includes("W") ? row.default : ""}</td>
+                    <td class="acts">{row.access.includes("E") && (<>
+                        <button class="tool" title="Store for all three motors (STAP)" aria-label={`Store ${row.name}`} onClick={() => each([0, 1, 2], "STAP", row)}><Icon name="save" /></button>
+                        <button class="tool" title="Bring back what is stored (RSAP)" aria-label={`Restore ${row.name}`} onClick={() => each([0, 1, 2], "RSAP", row)}><Icon name="undo" /></button>
+                    </>)}</td>
+                </tr>
+            ))}</tbody>
+        </table>
+    );
+}
+
+function GlobalTable() {
+    want("globals");
+    const rows = tables.value.globals.filter((row) => row.bank === 0 && found(row)
+        && (!changedOnly.value || (row.access.includes("W") && globalValue(row) != null && globalValue(row) !== row.default)));
+    return (
+        <table class="parameters">
+            <thead><tr><th>no.</th><th>parameter</th><th>value</th><th>unit</th><th>range</th><th>default</th></tr></thead>
+            <tbody>{rows.map((row) => (
+                <tr key={row.number}><td class="no">{row.number}</td><What row={row} /><Cell row={row} motor={0} value={globalValue(row)} />
+                    <td class="unit">{row.unit}</td><Range row={row} /><td class="default">{row.access.includes("W") ? row.default : ""}</td></tr>
+            ))}</tbody>
+        </table>
+    );
+}
+
+function Variables() {
+    want("variables");
+    const rows = tables.value.globals.filter((row) => row.bank === 2);
+    return (
+        <div class="variables wide">{rows.map((row) => (
+            <div key={row.number} class={touched.value.has(keyOf(2, row.number)) ? "touched" : ""}>
+                <span>{row.number}</span>
+                <NumberField value={globalValue(row) ?? 0} low={row.low} high={row.high} label={`User variable ${row.number}`}
+                    onCommit={(value) => void send("SGP", row.number, 2, value).then(refresh)} />
+                <button class="tool" title="Store (STGP)" aria-label={`Store variable ${row.number}`} onClick={() => send("STGP", row.number, 2)}><Icon name="save" size={13} /></button>
+                <button class="tool" title="Bring back what is stored (RSGP)" aria-label={`Restore variable ${row.number}`} onClick={() => void send("RSGP", row.number, 2).then(refresh)}><Icon name="undo" size={13} /></button>
+            </div>
+        ))}</div>
+    );
+}
+
+function Coordinates() {
+    want("coordinates");
+    const rows = Array.from({ length: tables.value.coordinates }, (_, n) => n);
+    return (
+        <table class="parameters coordinates">
+            <thead><tr><th>no.</th>{[0, 1, 2].map((motor) => <th key={motor} class={`motor motor${motor}`}>motor {motor}</th>)}<th /></tr></thead>
+            <tbody>{rows.map((number) => (
+                <tr key={number}><td class="no">{number}</td>
+                    {[0, 1, 2].map((motor) => {
+                        const value = parameters.value.coordinates[number]?.[motor];
+                        return (
+                            <td key={motor} class={`cell ${touched.value.has(keyOf(COORDINATE_BANK, number, motor)) ? "touched" : ""}`}>
+                                {value == null ? <span class="muted">…</span> : <NumberField value={value} low={-(2 ** 23)} high={2 ** 23 - 1} label={`Coordinate ${number} of motor ${motor}`}
+                                    onCommit={(next) => void send("SCO", number, motor, next).then(refresh)} />}</td>
+                        );
+                    })}
+                    <td class="acts wide">
+                        <button onClick={() => void send("CCO", number, 7).then(refresh)} title="Take the actual positions of all motors (CCO)">capture</button>
+                        <button onClick={() => send("MVP", 2, 0x80 | 7, number)} title="Move all motors there (MVP COORD)">go</button>
+                    </td>
+                </tr>
+            ))}</tbody>
+        </table>
+    );
+}
+
+function EepromView() {
+    const eeprom = useSignal<Eeprom | null>(null);
+    const load = () => void ask({ call: "read_eeprom" }).then((found) => (eeprom.value = found));
+    useEffect(() => {
+        if (can.value.bench) load();
+    }, []);
+    if (!can.value.bench) return <Empty icon="table" title="Not readable over the wire">A real module shows its EEPROM only by RSAP and RSGP, value by value.</Empty>;
+    const found = eeprom.value;
+    if (!found) return <Empty icon="table" title="Reading…" />;
+    const bytes = found.image.match(/../g) ?? [];
+    const rows: string[] = [];
+    for (let at = 0; at < Math.min(bytes.length, 4096); at += 16) {
+        const part = bytes.slice(at, at + 16);
+        const text = part.map((byte) => { const code = parseInt(byte, 16); return code >= 32 && code < 127 ? String.fromCharCode(code) : "·"; }).join("");
+        rows.push(`${at.toString(16).padStart(5, "0")}  ${part.join(" ").padEnd(47)}  ${text}`);
+    }
+    const name = (bank: number, number: number) => (bank === -1 ? tables.value.axis : tables.value.globals.filter((row) => row.bank === bank)).find((row) => row.number === number)?.name ?? "";
+    return (
+        <div class="eeprom">
+            <p class="muted note">{found.file ? <>Kept in <code>{found.file}</code>.</> : "Kept in memory only: it is gone when the IDE ends."} {bytes.length} bytes.
+                <button onClick={load}>Read again</button></p>
+            <div class="columns">
+                <table class="stored"><thead><tr><th>no.</th><th>stored parameter</th><th>of</th><th>value</th></tr></thead>
+                    <tbody>{found.values.map((value) => <tr key={`${value.bank}/${value.number}/${value.motor}`}><td class="no">{value.number}</td><td>{name(value.bank, value.number)}</td>
+                        <td class="muted">{value.bank === -1 ? `motor ${value.motor}` : `bank ${value.bank}`}</td><td class="value">{value.value}</td></tr>)}</tbody></table>
+                <pre class="hex">{rows.join("\n")}{bytes.length > 4096 ? "\n…" : ""}</pre>
+            </div>
+        </div>
+    );
+}
+
+async function exportSettings(format: "tmcl" | "toml"): Promise<void> {
+    const text = await ask({ call: "export_settings", format });
+    if (text !== null) offer(format === "tmcl" ? "settings.tmc" : "settings.toml", text);
+}
+
+async function importSettings(file: File): Promise<void> {
+    const exchanges = await ask({ call: "import_settings", text: await file.text() });
+    if (!exchanges) return;
+    const bad = exchanges.filter((exchange) => exchange.status !== 100);
+    if (bad.length) notify("warning", `${bad.length} of ${exchanges.length} settings were refused: ${bad[0]!.text}, ${bad[0]!.meaning}.`);
+    else notify("information", `${exchanges.length} settings taken over. They last until power-off unless stored.`);
+    await refresh();
+}
+
+export function Parameters() {
+    const chooser = useRef<HTMLInputElement>(null);
+    const views = { axis: AxisTable, globals: GlobalTable, variables: Variables, coordinates: Coordinates, eeprom: EepromView };
+    const View = views[section.value];
+    return (
+        <div class="page parameters-page">
+            <div class="bar">
+                <Choice label="Parameters" value={section.value} onChange={(value) => (section.value = value)}
+                    options={[["axis", "Axis"], ["globals", "Global"], ["variables", "User variables"], ["coordinates", "Coordinates"], ["eeprom", "EEPROM"]] as const} />
+                {(section.value === "axis" || section.value === "globals") && (<>
+                    <label class="search"><Icon name="search" /><input placeholder="number, name or meaning" aria-label="Search parameters" value={filter.value} onInput={(event) => (filter.value = event.currentTarget.value)} /></label>
+                    <label class="check"><input type="checkbox" checked={changedOnly.value} onChange={(event) => (changedOnly.value = event.currentTarget.checked)} /> changed only</label>
+                </>)}
+                <span class="gap" />
+                {section.value === "axis" && <button onClick={storeAll} disabled={!online.value} title="Store all axis parameters as they are now (STAP)"><Icon name="save" /> Store all</button>}
+                <button onClick={() => exportSettings("tmcl")} disabled={!online.value} title="All settings as TMCL source">Export .tmc</button>
+                <button onClick={() => exportSettings("toml")} disabled={!online.value} title="All settings as TOML">Export .toml</button>
+                <button onClick={() => chooser.current!.click()} disabled={!online.value}>Import…</button>
+                <input ref={chooser} type="file" hidden accept=".tmc,.toml" aria-label="Settings file" onChange={(event) => {
+                    const file = event.currentTarget.files?.[0];
+                    event.currentTarget.value = "";
+                    if (file) void importSettings(file);
+                }} />
+            </div>
+            <div class={`scroll ${powered.value ? "" : "dimmed"}`}><View /></div>
+        </div>
+    );
+}
+
+export { world };

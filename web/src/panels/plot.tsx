@@ -1,0 +1,320 @@
+// Curves over virtual time: pause, zoom, cursors, marks; export as CSV, PNG and VCD.
+import { useSignal, useSignalEffect } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import uPlot from "uplot";
+import {
+    COUNTER_COLUMN, MOTOR_CURVES, OUTPUT_COLUMN, WATCH_COLUMN, WATCH_SLOTS, clockSeconds, columnOf,
+    frameListeners, samples, setWatches, tables, watches, welcome,
+} from "../logic/app";
+import { shownTheme } from "../logic/actions";
+import { remembered } from "../logic/settings";
+import { toCsv, toVcd, type Curve } from "../logic/export";
+import { grouped } from "../logic/units";
+import type { Watched } from "../wire";
+import { Choice, Empty, offer } from "../widgets/basics";
+import { Icon } from "../widgets/icons";
+
+const KINDS = [
+    { curve: "position", title: "position", scale: "position" },
+    { curve: "target", title: "target", scale: "position" },
+    { curve: "speed", title: "speed", scale: "speed" },
+    { curve: "target_speed", title: "target speed", scale: "speed" },
+    { curve: "load", title: "load", scale: "load" },
+    { curve: "current", title: "current", scale: "current" },
+    { curve: "encoder", title: "encoder", scale: "position" },
+    { curve: "acceleration", title: "acceleration", scale: "acceleration" },
+] as const;
+const SPANS = [[2, "2 s"], [10, "10 s"], [60, "1 min"], [600, "10 min"]] as const;
+
+const shownKinds = remembered<string[]>("curves", ["position", "target", "speed"]);
+const shownMotors = remembered<number[]>("curve-motors", [0, 1, 2]);
+const span = remembered<number>("span", 10);
+const frozen = remembered<boolean>("frozen", false);
+
+const css = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+export function watchTitle({ bank, number, motor }: Watched): string {
+    const row = (bank === -1 ? tables.value.axis : tables.value.globals)
+        .find((item) => item.number === number && (bank === -1 || item.bank === bank));
+    return `${row?.name ?? number}${bank === -1 ? ` ${motor}` : ""}`;
+}
+
+interface ShownCurve extends Curve {
+    scale: string;
+    colour: string;
+    dash?: number[];
+    width: number;
+}
+
+function shownCurves(): ShownCurve[] {
+    const list: ShownCurve[] = [];
+    KINDS.forEach(({ curve, title, scale }, at) => {
+        if (!shownKinds.value.includes(curve)) return;
+        for (const motor of shownMotors.value)
+            list.push({
+                title: `${title} ${motor}`, column: columnOf(motor, at), scale, colour: css(`--motor${motor}`),
+                dash: curve.startsWith("target") ? [4, 4] : scale === "position" ? undefined : [1, 0],
+                width: scale === "position" ? 1.8 : 1.1,
+            });
+    });
+    watches.value.forEach((watch, at) => {
+        list.push({
+            title: watchTitle(watch), column: WATCH_COLUMN + at, scale: `watch${at}`,
+            colour: css(`--watch${at % 4}`), width: 1.4,
+        });
+    });
+    return list;
+}
+
+/** Draws the marks of program events and the zoom's cursors over the curves. */
+function marksPlugin(): uPlot.Plugin {
+    return {
+        hooks: {
+            draw: (plot) => {
+                const { ctx, bbox } = plot;
+                const { min, max } = plot.scales.x!;
+                if (min == null || max == null) return;
+                ctx.save();
+                ctx.font = `${10 * devicePixelRatio}px system-ui`;
+                let free = -Infinity;
+                for (const mark of samples.marks) {
+                    if (mark.time < min || mark.time > max) continue;
+                    const x = plot.valToPos(mark.time, "x", true);
+                    ctx.strokeStyle = ctx.fillStyle = mark.motor >= 0 ? css(`--motor${mark.motor}`) : css("--muted");
+                    ctx.globalAlpha = 0.55;
+                    ctx.beginPath();
+                    ctx.moveTo(x, bbox.top);
+                    ctx.lineTo(x, bbox.top + bbox.height);
+                    ctx.stroke();
+                    if (x < free) continue;
+                    ctx.globalAlpha = 0.9;
+                    ctx.fillText(mark.text, x + 4, bbox.top + 11 * devicePixelRatio);
+                    free = x + ctx.measureText(mark.text).width + 10;
+                }
+                ctx.restore();
+            },
+        },
+    };
+}
+
+const MAX_POINTS = 1500;
+
+function view(curves: ShownCurve[], from: number, to: number): uPlot.AlignedData {
+    const first = Math.max(0, samples.find(from) - 1);
+    const last = Math.min(samples.length, samples.find(to) + 1);
+    const stride = Math.max(1, Math.floor((last - first) / MAX_POINTS));
+    return [0, ...curves.map((curve) => curve.column)].map((column) => samples.slice(column, first, last, stride)) as unknown as uPlot.AlignedData;
+}
+
+export function Plot() {
+    const host = useRef<HTMLDivElement>(null);
+    const readout = useSignal<{ time: number; values: (number | null)[] } | null>(null);
+    const zoom = useRef<{ min: number; max: number } | null>(null);
+    const chart = useRef<uPlot | null>(null);
+    const curves = useSignal<ShownCurve[]>([]);
+    const zoomed = useSignal(false);
+
+    useSignalEffect(() => {
+        void [shownKinds.value, shownMotors.value, watches.value, welcome.value];
+        void shownTheme();
+        requestAnimationFrame(() => (curves.value = welcome.value ? shownCurves() : []));
+    });
+
+    useEffect(() => {
+        const element = host.current;
+        if (!element || !curves.value.length) return;
+        const list = curves.value;
+        const grid = { stroke: css("--grid"), width: 1 };
+        const axis = (scale: string, side: 1 | 3): uPlot.Axis => ({
+            scale, side, stroke: css("--muted"), grid: side === 3 ? grid : { show: false }, ticks: { show: false },
+            font: "11px system-ui", size: 58, gap: 4, values: (_, ticks) => ticks.map(grouped),
+        });
+        const scales: uPlot.Scales = { x: { time: false } };
+        for (const { scale } of list) scales[scale] = { auto: true, range: (_, low, high) => pad(scale, low, high) };
+        const used = [...new Set(list.map(({ scale }) => scale))];
+        const plot = new uPlot({
+            width: element.clientWidth, height: Math.max(60, element.clientHeight), legend: { show: false },
+            padding: [6, 8, 0, 0], scales, plugins: [marksPlugin()],
+            cursor: {
+                drag: { x: true, y: false, setScale: false }, points: { size: 5 },
+                bind: { dblclick: (self) => (() => (unzoom(), self.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false), null)) as never },
+            },
+            axes: [
+                { stroke: css("--muted"), grid, ticks: { show: false }, font: "11px system-ui", size: 24, gap: 4,
+                    values: (_, ticks) => ticks.map((tick) => `${+tick.toFixed(3)} s`) },
+                ...used.slice(0, 2).map((scale, n) => axis(scale, n ? 1 : 3)),
+            ],
+            series: [{}, ...list.map(({ title, scale, colour, dash, width }): uPlot.Series => ({
+                label: title, scale, stroke: colour, width, dash, points: { show: false }, spanGaps: false,
+            }))],
+            hooks: {
+                setCursor: [(self) => {
+                    const at = self.cursor.idx;
+                    readout.value = at == null ? null : {
+                        time: self.data[0]![at]!, values: list.map((_, n) => self.data[n + 1]?.[at] ?? null),
+                    };
+                }],
+                setSelect: [(self) => {
+                    if (self.select.width < 4) return;
+                    zoom.current = {
+                        min: self.posToVal(self.select.left, "x"),
+                        max: self.posToVal(self.select.left + self.select.width, "x"),
+                    };
+                    zoomed.value = true;
+                    self.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+                    drawn = -1;
+                }],
+            },
+        }, view(list, 0, 0), element);
+        chart.current = plot;
+        let drawn = -1;
+        let last = 0;
+        const draw = () => {
+            const now = performance.now();
+            if (samples.version === drawn || now - last < 40) return;
+            if (frozen.peek() && drawn >= 0 && !zoom.current) return;
+            last = now;
+            drawn = samples.version;
+            const end = samples.length ? samples.time(samples.length - 1) : 0;
+            const range = zoom.current ?? { min: end - span.peek(), max: end };
+            plot.batch(() => {
+                plot.setData(view(list, range.min, range.max), true);
+                plot.setScale("x", range);
+            });
+        };
+        redraw.current = () => {
+            drawn = -1;
+            last = 0;
+            draw();
+        };
+        frameListeners.add(draw);
+        redraw.current();
+        const observer = new ResizeObserver(() => {
+            plot.setSize({ width: element.clientWidth, height: Math.max(60, element.clientHeight) });
+        });
+        observer.observe(element);
+        return () => {
+            frameListeners.delete(draw);
+            observer.disconnect();
+            plot.destroy();
+            chart.current = null;
+        };
+    }, [curves.value]);
+    const redraw = useRef<() => void>(() => {});
+    useSignalEffect(() => {
+        void span.value;
+        redraw.current();
+    });
+
+    const unzoom = () => {
+        zoom.current = null;
+        zoomed.value = false;
+        redraw.current();
+    };
+    const toggle = <T,>(list: T[], item: T): T[] => (list.includes(item) ? list.filter((other) => other !== item) : [...list, item]);
+    const all = (): Curve[] => [
+        ...curves.value, { title: "program counter", column: COUNTER_COLUMN }, { title: "outputs", column: OUTPUT_COLUMN },
+    ];
+    const savePng = () =>
+        host.current?.querySelector("canvas")?.toBlob((blob) => blob && offer("plot.png", onGround(blob)));
+    if (!welcome.value) return <Empty icon="wave" title="Nothing to plot yet">Curves appear when the module is connected.</Empty>;
+    return (
+        <div class="plot">
+            <div class="bar">
+                <div class="chips" role="group" aria-label="Curves">
+                    {KINDS.map(({ curve, title }) => (
+                        <button key={curve} class={`chip ${shownKinds.value.includes(curve) ? "on" : ""}`}
+                            aria-pressed={shownKinds.value.includes(curve)}
+                            onClick={() => (shownKinds.value = toggle(shownKinds.value, curve))}>{title}</button>
+                    ))}
+                    {watches.value.map((watch, at) => (
+                        <button key={`w${at}`} class="chip on watch" title="Remove this curve"
+                            onClick={() => setWatches(watches.value.filter((_, n) => n !== at))}>
+                            {watchTitle(watch)} <Icon name="close" size={10} /></button>
+                    ))}
+                    <WatchChooser />
+                </div>
+                <div class="chips" role="group" aria-label="Motors">
+                    {[0, 1, 2].map((motor) => (
+                        <button key={motor} class={`chip motor${motor} ${shownMotors.value.includes(motor) ? "on" : ""}`}
+                            aria-pressed={shownMotors.value.includes(motor)} title={`Motor ${motor}`}
+                            onClick={() => (shownMotors.value = toggle(shownMotors.value, motor).sort())}>{motor}</button>
+                    ))}
+                </div>
+                <span class="gap" />
+                <Choice label="Span" value={span.value} options={SPANS} onChange={(value) => (span.value = value)} />
+                <button class={`tool ${frozen.value ? "on" : ""}`} title="Hold the picture" aria-label="Hold the plot"
+                    aria-pressed={frozen.value} onClick={() => (frozen.value = !frozen.value)}><Icon name="pause" /></button>
+                {zoomed.value && <button class="tool" title="Show the newest again (double click)" onClick={unzoom}><Icon name="expand" /></button>}
+                <div class="menu-holder">
+                    <button class="tool" title="Export" aria-label="Export" aria-haspopup="menu"><Icon name="save" /></button>
+                    <div class="menu" role="menu">
+                        <button role="menuitem" onClick={() => offer("plot.csv", toCsv(samples, all()))}>CSV table</button>
+                        <button role="menuitem" onClick={savePng}>PNG picture</button>
+                        <button role="menuitem" onClick={() => offer("plot.vcd", toVcd(samples, all()))}>VCD for GTKWave, Surfer</button>
+                        <button role="menuitem" onClick={() => (samples.clear(), redraw.current())}>Forget all samples</button>
+                    </div>
+                </div>
+            </div>
+            {curves.value.length ? (
+                <div class="canvas" ref={host}>
+                    {readout.value && (
+                        <table class="readout">
+                            <tbody>
+                                <tr><th>time</th><td>{readout.value.time.toFixed(3)} s</td></tr>
+                                {curves.value.map((curve, n) => (
+                                    <tr key={curve.title}><th style={{ color: curve.colour }}>{curve.title}</th>
+                                        <td>{readout.value!.values[n] == null || Number.isNaN(readout.value!.values[n]) ? "" : grouped(readout.value!.values[n]!)}</td></tr>
+                                ))}
+                            </tbody>
+                        </table>
+                    )}
+                </div>
+            ) : <Empty icon="wave" title="No curve chosen">Choose what to plot above.</Empty>}
+        </div>
+    );
+}
+
+/** Room above and below the curves; speeds and loads show their zero. */
+function pad(scale: string, low: number | null, high: number | null): [number, number] {
+    if (low == null || high == null || Number.isNaN(low)) return [0, 1];
+    if (scale === "load") return [-0.5, 7.5];
+    if (scale === "current") return [-10, 265];
+    const room = Math.max((high - low) * 0.08, scale === "position" ? 10 : 2);
+    return [low - room, high + room];
+}
+
+const onGround = (blob: Blob): Blob => blob;
+
+function WatchChooser() {
+    const open = useSignal(false);
+    if (watches.value.length >= WATCH_SLOTS) return null;
+    const add = (bank: number, number: number, motor: number) => {
+        setWatches([...watches.value, { bank, number, motor }]);
+        open.value = false;
+    };
+    return (
+        <div class="menu-holder">
+            <button class="chip add" aria-label="Plot another parameter" title="Plot another parameter"
+                onClick={() => (open.value = !open.value)}><Icon name="plus" size={11} /> parameter</button>
+            {open.value && (
+                <div class="menu open tall" role="menu" onMouseLeave={() => (open.value = false)}>
+                    {tables.value.axis.filter((row) => row.access.includes("R")).map((row) => (
+                        <div class="menu-row" key={row.number}>
+                            <span>{row.name}</span>
+                            {[0, 1, 2].map((motor) => (
+                                <button key={motor} role="menuitem" class={`motor${motor}`} onClick={() => add(-1, row.number, motor)}>{motor}</button>
+                            ))}
+                        </div>
+                    ))}
+                    {tables.value.globals.filter((row) => row.access.includes("R") && (row.bank === 2 ? row.number < 16 : row.number > 63)).map((row) => (
+                        <div class="menu-row" key={row.key}><span>{row.name}</span>
+                            <button role="menuitem" onClick={() => add(row.bank, row.number, 0)}>add</button></div>
+                    ))}
+                </div>
+            )}
+        </div>
+    );
+}
+
+export { clockSeconds, MOTOR_CURVES };

@@ -1,0 +1,88 @@
+// The debugger's view of the running program: registers, flags, stack, variables, breakpoints.
+import { signal, useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { PROGRAM_FLAGS } from "../wire";
+import type { Frame } from "../wire";
+import { ask, breakpoints, can, halted, loaded, placed, program, send, setBreakpoints, stopReason, tables } from "../logic/app";
+import { openFile } from "../logic/documents";
+import { keyOf, parameters, refresh, touched, wanted } from "../logic/parameters";
+import { ActionButton, Empty, NumberField } from "../widgets/basics";
+import { Icon } from "../widgets/icons";
+
+const frames = signal<Frame[]>([]);
+const FLAG_NAMES: Record<string, string> = { zero: "ZE", equal: "EQ", lower: "LT", greater: "GT", eto: "ETO", eal: "EAL", edv: "EDV", epo: "EPO", esd: "ESD" };
+const STATES = ["stopped", "running", "stepping", "reset"];
+const FIRST_VARIABLES = 16;
+
+export const programText = (): string => (program.value.paused ? "held" : (STATES[program.value.state] ?? "?"));
+
+export function want(section: "axis" | "globals" | "variables" | "coordinates"): void {
+    useEffect(() => {
+        wanted.value = new Set([...wanted.peek(), section]);
+        return () => {
+            wanted.value = new Set([...wanted.peek()].filter((other) => other !== section));
+        };
+    }, []);
+}
+
+export function Program() {
+    want("variables");
+    const many = useSignal(false);
+    const { counter, depth, paused, state, flags, accumulator, x } = program.value;
+    useEffect(() => {
+        if (!can.value.debug || !depth) frames.value = [];
+        else if (halted.value) void ask({ call: "read_stack" }).then((list) => (frames.value = list ?? []));
+    }, [counter, depth, paused, state]);
+    const line = loaded.value?.lines[counter];
+    const variables = tables.value.globals.filter((row) => row.bank === 2).slice(0, many.value ? undefined : FIRST_VARIABLES);
+    return (
+        <div class="program">
+            <div class="buttons"><ActionButton id="run" /><ActionButton id="pause" /><ActionButton id="step" />
+                <ActionButton id="step_over" /><ActionButton id="step_out" /><ActionButton id="stop" /><ActionButton id="reset" />
+                <span class={`pill ${paused ? "warn" : state === 1 ? "good" : ""}`}>{programText()}{paused && stopReason.value ? `: ${stopReason.value}` : ""}</span></div>
+            <h4>Next instruction</h4>
+            <div class="next"><b>{counter}</b> {line ? <button class="link mono" onClick={() => line.line && openFile(line.path, line.line)}>{line.text}</button>
+                : <span class="muted">{loaded.value ? "outside the program" : "this IDE did not load the program in the module"}</span>}</div>
+            {can.value.debug && (
+                <>
+                    <h4>Registers</h4>
+                    <dl class="registers">
+                        <div><dt>accumulator</dt><dd data-figure="accumulator">{accumulator}</dd><dd class="muted">${(accumulator >>> 0).toString(16)}</dd></div>
+                        <div><dt>X</dt><dd data-figure="x">{x}</dd><dd class="muted">${(x >>> 0).toString(16)}</dd></div>
+                    </dl>
+                    <div class="flags">{Object.entries(FLAG_NAMES).map(([name, text]) => (
+                        <span key={name} class={flags & PROGRAM_FLAGS[name as "zero"] ? "on" : ""}>{text}</span>))}</div>
+                    <h4>Stack <span class="muted">{depth} of {tables.value.stack_depth}</span></h4>
+                    {frames.value.length ? <ol class="stack">{frames.value.map((frame, n) => (
+                        <li key={n}><button class="link" onClick={() => frame.line && openFile(frame.path, frame.line)}>{frame.address} {frame.path && `${frame.path}:${frame.line}`}</button></li>))}</ol>
+                        : <p class="muted note">No open CSUB.</p>}
+                    <h4>Breakpoints</h4>
+                    {breakpoints.value.length ? <ul class="breakpoint-list">{breakpoints.value.map((point) => {
+                        const place = placed.value.find((item) => item.path === point.path && item.line === point.line);
+                        return (
+                            <li key={`${point.path}:${point.line}`}>
+                                <span class={`breakpoint ${place && place.address >= 0 ? "" : "unverified"} ${point.log ? "logpoint" : ""}`} />
+                                <button class="link" onClick={() => openFile(point.path, point.line)}>{point.path}:{point.line}</button>
+                                <span class="muted">{[point.condition, point.hits && `hit ${point.hits}`, point.log && `log ${point.log}`].filter(Boolean).join(", ") || place?.reason}</span>
+                                <button class="tool" aria-label={`Remove breakpoint at line ${point.line}`} onClick={() => setBreakpoints(breakpoints.value.filter((other) => other !== point))}><Icon name="close" size={12} /></button>
+                            </li>
+                        );
+                    })}</ul> : <p class="muted note">Click left of a line number, or press F8. Right click for conditions.</p>}
+                </>
+            )}
+            <h4>User variables <button class="link" onClick={() => (many.value = !many.value)}>{many.value ? "fewer" : "all"}</button></h4>
+            <div class="variables">
+                {variables.map((row) => {
+                    const value = parameters.value.globals.get(`2/${row.number}`);
+                    return (
+                        <label key={row.number} class={touched.value.has(keyOf(2, row.number)) ? "touched" : ""}><span>{row.number}</span>
+                            <NumberField value={value ?? 0} low={row.low} high={row.high} label={`User variable ${row.number}`}
+                                onCommit={(next) => void send("SGP", row.number, 2, next).then(refresh)} /></label>
+                    );
+                })}
+            </div>
+        </div>
+    );
+}
+
+export { Empty };

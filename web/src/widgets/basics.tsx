@@ -1,0 +1,141 @@
+// Small controls shared by the panels.
+import { useSignal, type ReadonlySignal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import { action, perform } from "../logic/actions";
+import { Icon } from "./icons";
+
+/** A button for a row of ACTIONS. */
+export function ActionButton({ id, label = false, tone = "" }: { id: string; label?: boolean; tone?: string }) {
+    const row = action(id);
+    const enabled = row.enabled?.() ?? true;
+    const title = [row.hint ?? row.title, row.keys?.[0] && `(${row.keys[0]})`].filter(Boolean).join(" ");
+    return (
+        <button class={`tool ${tone}`} disabled={!enabled} title={title} aria-label={row.title} data-action={id}
+            onClick={() => perform(id)}>
+            {row.icon && <Icon name={row.icon} />}
+            {label && <span>{row.title}</span>}
+        </button>
+    );
+}
+
+export function Lamp({ on, label, tone = "" }: { on: boolean; label: string; tone?: string }) {
+    return <span class={`lamp ${on ? "on" : ""} ${tone}`} role="img" aria-label={`${label} ${on ? "on" : "off"}`} />;
+}
+
+export function Switch(props: { on: boolean; onChange: (on: boolean) => void; label: string; disabled?: boolean }) {
+    return (
+        <button class={`switch ${props.on ? "on" : ""}`} role="switch" aria-checked={props.on} aria-label={props.label}
+            disabled={props.disabled} onClick={() => props.onChange(!props.on)}><span /></button>
+    );
+}
+
+/** A number that is taken with Enter or when the field is left; Escape brings the old one back. */
+export function NumberField(props: {
+    value: number | string; onCommit: (value: number) => void; label: string; low?: number; high?: number;
+    width?: number; disabled?: boolean; whole?: boolean; class?: string;
+}) {
+    const field = useRef<HTMLInputElement>(null);
+    const wrong = useSignal(false);
+    useEffect(() => {
+        if (field.current && document.activeElement !== field.current) field.current.value = String(props.value);
+    }, [props.value]);
+    const take = () => {
+        const text = field.current!.value.trim();
+        if (text === String(props.value)) return void (wrong.value = false);
+        const value = readNumber(text);
+        const fits = value !== null && (props.whole === false || Number.isInteger(value))
+            && value >= (props.low ?? -Infinity) && value <= (props.high ?? Infinity);
+        wrong.value = !fits;
+        if (fits) props.onCommit(value);
+    };
+    return (
+        <input ref={field} class={`number ${wrong.value ? "wrong" : ""} ${props.class ?? ""}`} inputMode="numeric"
+            aria-label={props.label} title={wrong.value ? rangeText(props.low, props.high) : undefined}
+            disabled={props.disabled} style={props.width ? { width: `${props.width}px` } : undefined}
+            onBlur={take}
+            onKeyDown={(event) => {
+                if (event.key === "Enter") {
+                    take();
+                    field.current!.select();
+                }
+                if (event.key === "Escape") {
+                    field.current!.value = String(props.value);
+                    wrong.value = false;
+                }
+            }} />
+    );
+}
+
+const rangeText = (low?: number, high?: number): string =>
+    low === undefined || high === undefined ? "A number, please." : `From ${low} to ${high}.`;
+
+/** Decimal, `$` hexadecimal or `%` binary, as in TMCL; null when it is none. */
+export function readNumber(text: string): number | null {
+    const plain = text.replace(/\u2212/g, "-").replace(/[\u2009 ]/g, "");
+    const special = /^([+-]?)(?:\$([0-9a-f]+)|%([01]+))$/i.exec(plain);
+    if (special) {
+        const size = special[2] ? parseInt(special[2], 16) : parseInt(special[3]!, 2);
+        return special[1] === "-" ? -size : size;
+    }
+    return /^[+-]?(\d+\.?\d*|\.\d+)$/.test(plain) ? Number(plain) : null;
+}
+
+/** A handle that changes a size while it is dragged. */
+export function Splitter(props: { vertical: boolean; onDrag: (delta: number) => void; label: string }) {
+    return (
+        <div class={`splitter ${props.vertical ? "vertical" : "horizontal"}`} role="separator" tabIndex={0}
+            aria-label={props.label} aria-orientation={props.vertical ? "vertical" : "horizontal"}
+            onKeyDown={(event) => {
+                const step = { ArrowLeft: -16, ArrowUp: -16, ArrowRight: 16, ArrowDown: 16 }[event.key];
+                if (step) props.onDrag(step);
+            }}
+            onPointerDown={(event) => {
+                const handle = event.currentTarget as HTMLElement;
+                handle.setPointerCapture(event.pointerId);
+                let last = props.vertical ? event.clientX : event.clientY;
+                const move = (next: PointerEvent) => {
+                    const at = props.vertical ? next.clientX : next.clientY;
+                    props.onDrag(at - last);
+                    last = at;
+                };
+                handle.addEventListener("pointermove", move);
+                handle.addEventListener("lostpointercapture", () => handle.removeEventListener("pointermove", move), { once: true });
+            }} />
+    );
+}
+
+/** Buttons of which one is down. */
+export function Choice<T extends string | number>(props: {
+    value: T; options: readonly (readonly [T, string])[]; onChange: (value: T) => void; label: string;
+}) {
+    return (
+        <div class="choice" role="radiogroup" aria-label={props.label}>
+            {props.options.map(([value, text]) => (
+                <button key={value} role="radio" aria-checked={value === props.value}
+                    class={value === props.value ? "on" : ""} onClick={() => props.onChange(value)}>{text}</button>
+            ))}
+        </div>
+    );
+}
+
+/** What a panel shows when there is nothing. */
+export function Empty({ icon, title, children }: { icon: string; title: string; children?: ComponentChildren }) {
+    return (
+        <div class="empty"><Icon name={icon} size={28} /><h3>{title}</h3><div>{children}</div></div>
+    );
+}
+
+export function Live({ of }: { of: ReadonlySignal<string> }) {
+    return <>{of}</>;
+}
+
+/** Give the user a file. */
+export function offer(name: string, content: Blob | string): void {
+    const blob = typeof content === "string" ? new Blob([content], { type: "text/plain" }) : content;
+    const anchor = document.createElement("a");
+    anchor.href = URL.createObjectURL(blob);
+    anchor.download = name;
+    anchor.click();
+    setTimeout(() => URL.revokeObjectURL(anchor.href), 10000);
+}
