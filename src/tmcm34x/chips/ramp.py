@@ -96,7 +96,7 @@ class State(NamedTuple):
     acc: int = 0
     """Accumulator of the pulse generator, 0..2047."""
     wave: int = 0
-    """Index into the sine wave, 0..255."""
+    """Microstep phase in 64ths of a full step, counted on past the wave's 256."""
     a: int = 0
     """A_ACTUAL: what the last ramp tick did to the velocity, signed."""
     stopping: bool = False
@@ -130,7 +130,7 @@ class Part:
             self.direction * speed,
             signed24(start.x + way),
             acc,
-            start.wave + way * self.axis.wave_step & 255,
+            start.wave + way * self.axis.wave_step,
             a,
             self.stopping,
             rest,
@@ -488,6 +488,15 @@ class Axis:
             for tick in part.steps(state.n, end):
                 yield tick, part.direction
             state = part.at(end)
+
+    def law(self, n: int) -> int:
+        """What the ramp ticks after tick n add to the velocity, signed; while braking, about that."""
+        part = self._part(n + 1)
+        if isinstance(part, Coast) and part.end <= n | self.ramp_mask:
+            part = self._part(part.end + 1)
+        if isinstance(part, Coast):
+            return 0
+        return part.direction * part.step if isinstance(part, Change) else -part.direction * self.a_max
 
     def forget(self, n: int) -> None:
         """Drop the parts that ended before tick n."""

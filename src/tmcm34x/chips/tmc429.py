@@ -31,7 +31,7 @@ from tmcm34x.chips.registers import (
     Register,
     sign_extended,
 )
-from tmcm34x.clock import NEVER
+from tmcm34x.clock import HZ, NEVER
 
 MOTORS: Final = range(3)
 
@@ -84,6 +84,23 @@ class Coils(NamedTuple):
     fd_b: int
 
 
+class Motion(NamedTuple):
+    """How an axis moves from now on, until its plan changes or the chip has an event."""
+
+    position: int
+    """X_ACTUAL, signed."""
+    phase: int
+    """Microstep phase in 64ths of a full step, counted on past the wave's 256; 0 at power-on."""
+    step: int
+    """64ths of a full step in a microstep."""
+    rate_hz: float
+    """Microsteps per second, signed."""
+    acceleration_hz_s: float
+    """Change of the rate, per second; while braking, about that."""
+    ramp_div: int
+    """A ramp tick takes 32 * 2^ramp_div clocks."""
+
+
 class Tmc429:
     """A TMC429, or a TMC428 (`part`): registers, three axes, driver chain.
 
@@ -97,6 +114,10 @@ class Tmc429:
         self.part: Final = part
         self.now = 0
         self.driver_status: Callable[[], int] | None = None
+        self.plan_changed: Callable[[int], None] | None = None
+        """Told a motor that moves otherwise than `motion` said, because of a register or a switch."""
+        self.restarted: Callable[[], None] | None = None
+        """Told after a reset."""
         self._seed = seed
         self._levels = 0
         self._watched: list[tuple[int, int] | None] = [None, None, None]
@@ -124,6 +145,8 @@ class Tmc429:
         self._switches = 0
         self._resolve_inputs()
         self._resolve_chain()
+        if self.restarted:
+            self.restarted()
 
     def _words(self, area: int) -> list[int]:
         """The registers of an area after power-on, by index."""
@@ -301,7 +324,7 @@ class Tmc429:
             case "A_ACTUAL":
                 return state.a & 0xFFF
             case "USTEP_COUNT":
-                return state.wave
+                return state.wave & 255
             case _:
                 return word
 
@@ -349,9 +372,15 @@ class Tmc429:
             case _:
                 for attribute, field in _TAKEN.get(index, ()):
                     setattr(axis, attribute, field.get(data))
-        axis.cut(state)
+        self._cut(motor, state)
         self._raise(motor, before)
         self._replan(motor)
+
+    def _cut(self, motor: int, state: State) -> None:
+        """Begin another plan."""
+        self._axes[motor].cut(state)
+        if self.plan_changed:
+            self.plan_changed(motor)
 
     # ---- interrupts: a flag is set when its condition becomes true (fidelity CHIP-11)
 
@@ -484,7 +513,7 @@ class Tmc429:
 
     def _switch(self, motor: int, changed: int) -> None:
         """Switches of a motor have changed (bit 1 left, bit 0 right)."""
-        axis, words, state = self._axes[motor], self._motor[motor], self._state(motor)
+        words, state = self._motor[motor], self._state(motor)
         active = self._switches >> 2 * motor & 3
         if changed & 2:
             self._flag(motor, STOP_LEFT_HIGH if active & 2 else STOP_LEFT_LOW)
@@ -496,7 +525,7 @@ class Tmc429:
             words[configuration] &= ~lp
             words[_INDEX["X_LATCHED"]] = state.x & DATA
         self._resolve_stops(motor)
-        axis.cut(state)
+        self._cut(motor, state)
         self._replan(motor)
 
     def _resolve_stops(self, motor: int) -> None:
@@ -619,7 +648,25 @@ class Tmc429:
 
     def phase(self, motor: int) -> int:
         """Index into the sine wave, 0..255."""
-        return self._state(motor).wave
+        return self._state(motor).wave & 255
+
+    def motion(self, motor: int) -> Motion:
+        """How a motor moves from now on.
+
+        Source: datasheet 8.1.13, rate = f * v / (2^PULSE_DIV * 2048 * 32).
+        """
+        axis, tick = self._axes[motor], self._tick()
+        state = axis.at(tick)
+        unit_hz = HZ / (1 << axis.pulse_div + 24)
+        law = axis.law(tick)
+        return Motion(
+            state.x,
+            state.wave,
+            axis.wave_step,
+            state.v * unit_hz,
+            law * unit_hz * (HZ / (32 << axis.ramp_div)),
+            axis.ramp_div,
+        )
 
     def steps(self, motor: int, start: int, end: int) -> Iterator[tuple[int, int]]:
         """Clock and direction (1 or -1) of each microstep after clock `start` (>= now) up to `end`.
@@ -638,8 +685,8 @@ class Tmc429:
         """
         state = self._state(motor)
         scale = self._scale(motor, state)
-        sine, cosine = state.wave, state.wave + 64 & 255
-        quadrant = state.wave >> 6
+        sine, cosine = state.wave & 255, state.wave + 64 & 255
+        quadrant = sine >> 6
         fd_a = (quadrant ^ state.down) & 1
         return Coils(
             dac_a=self._amplitude(sine) * scale >> 3,
