@@ -68,6 +68,7 @@ class Board:
         self.on_pins: list[Callable[[], None]] = []
         """Told whenever the world changed a switch, an input or SHUTDOWN."""
         self._analog = [0] * INPUTS
+        self._sources: list[Callable[[], int] | None] = [None] * INPUTS
         self._switches = 0
         self._shutdown = 0
         self._spi: list[SpiDevice | None] = [None] * SELECTS
@@ -117,11 +118,12 @@ class Board:
 
     def digital_inputs(self) -> int:
         """The eight inputs IN_0..IN_7 as bits."""
-        return sum((level >= ANALOG_THRESHOLD) << n for n, level in enumerate(self._analog))
+        return sum((self.analog_input(n) >= ANALOG_THRESHOLD) << n for n in range(INPUTS))
 
     def analog_input(self, n: int) -> int:
         """The level of IN_n, 0..1023."""
-        return self._analog[n]
+        source = self._sources[n]
+        return self._analog[n] if source is None else source()
 
     def shutdown_level(self) -> int:
         """The level of the SHUTDOWN pin, 0 or 1."""
@@ -182,6 +184,10 @@ class Board:
         if level != self._analog[n]:
             self._analog[n] = level
             self._tell_pins()
+
+    def attach_analog(self, n: int, source: Callable[[], int] | None) -> None:
+        """Have IN_n driven by something that is asked for its level 0..1023 when it is read, or take it away."""
+        self._sources[n] = source
 
     def set_shutdown(self, level: int) -> None:
         """Drive the SHUTDOWN pin low (0) or high (1)."""
