@@ -15,18 +15,29 @@ VALUES = st.one_of(
 )
 
 
+NONE = st.just(0)
+
+
 def register_commands(size: int) -> st.SearchStrategy[Instruction]:
+    def of(
+        number: int,
+        types: st.SearchStrategy[int] = NONE,
+        values: st.SearchStrategy[int] = NONE,
+        motor: int = 0,
+    ) -> st.SearchStrategy[Instruction]:
+        return st.builds(Instruction, st.just(number), types, st.just(motor), values)
+
     address = st.integers(0, size - 1)
     return st.one_of(
-        st.builds(Instruction, st.just(19), st.integers(0, 9), st.just(0), VALUES),
-        st.builds(Instruction, st.just(33), st.integers(0, 10)),
-        st.builds(Instruction, st.just(20), st.just(0), st.just(0), VALUES),
-        st.builds(Instruction, st.just(21), st.integers(0, 12), st.just(0), address),
-        st.builds(Instruction, st.just(22), st.just(0), st.just(0), address),
-        st.builds(Instruction, st.just(23), st.just(0), st.just(0), address),
-        st.builds(Instruction, st.just(24)),
-        st.builds(Instruction, st.just(36), st.integers(0, 5)),
-        st.builds(Instruction, st.sampled_from([9, 10, 35]), st.integers(0, 3), st.just(2), VALUES),
+        of(19, st.integers(0, 9), VALUES),
+        of(33, st.integers(0, 10)),
+        of(20, NONE, VALUES),
+        of(21, st.integers(0, 12), address),
+        of(22, NONE, address),
+        of(23, NONE, address),
+        of(24),
+        of(36, st.integers(0, 5)),
+        *(of(number, st.integers(0, 3), VALUES, 2) for number in (9, 10, 35)),
     )
 
 

@@ -70,7 +70,8 @@ class AsciiLine:
     def _addressed(self) -> bool:
         """Whether the line so far begins with the module's letter; small letters count as capitals."""
         own = letter(self._module.address)
-        return self._line[:1] == own or bytes(self._line[:1]).upper() == own
+        first = bytes(self._line[:1])
+        return own in (first, first.upper())
 
     def _take(self, character: int) -> None:
         if character == _LINE_FEED:

@@ -28,7 +28,6 @@ from tmcm34x.tmcl import axis_parameters
 from tmcm34x.tmcl.commands import (
     BY_MNEMONIC,
     BY_NUMBER,
-    CONTROL_FUNCTIONS,
     MOTORS,
     PROGRAM_SIZE,
     RFS_TYPES,
@@ -54,8 +53,8 @@ _GGP: Final = BY_MNEMONIC["GGP"].number
 _GCO: Final = BY_MNEMONIC["GCO"].number
 _RFS: Final = BY_MNEMONIC["RFS"].number
 _RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
+_PROGRAM_ONLY: Final = frozenset(row.number for row in BY_MNEMONIC.values() if "direct" not in row.where)
 _READING: Final = frozenset(row.number for row in BY_MNEMONIC.values() if "reads" in row.where)
-_CONTROL: Final = frozenset(row.number for row in CONTROL_FUNCTIONS)
 _POLLS: Final = frozenset(BY_MNEMONIC[name].number for name in ("GIO", "GCO", "SIO"))
 """Commands that change nothing when repeated before anything else happens."""
 _SETTINGS: Final = frozenset(
@@ -431,6 +430,8 @@ class Program:
         elif instruction.number == _END.number:
             self.last_error = ProgramError(address, Status.INVALID_COMMAND)
             self._halt()
+        elif instruction.number in _PROGRAM_ONLY:
+            self._refuse(address, _misuse(instruction), now)
         elif self._constant(instruction):
             self._poll(instruction, address, now)
         else:
@@ -450,10 +451,7 @@ class Program:
     def _execute_command(self, instruction: Instruction, address: int, now: int) -> int | None:
         """Let the module execute a command; gives back the value read, if it reads one."""
         self._go_on(address, now)
-        if instruction.number in _CONTROL:
-            status, value = Status.NOT_AVAILABLE, 0
-        else:
-            status, value = self._module.dispatcher.execute(instruction)
+        status, value = self._module.execute_in_program(instruction)
         if status != Status.OK:
             self.last_error = ProgramError(address, Status(status))
             return None
@@ -500,6 +498,8 @@ class Program:
                 self.registers.errors |= ERROR_FLAGS["ETO"]
         self._wait = None
         self._go_on(self.registers.counter, now)
+        if self.state is State.STEP:
+            self._halt()
 
     # Running ahead
 
@@ -606,3 +606,11 @@ def _reads(instruction: Instruction) -> bool:
     if number == _RFS:
         return type_ == _RFS_STATUS
     return number in _READING and not (number == _GCO and motor >= MOTORS)
+
+
+def _misuse(instruction: Instruction) -> Status:
+    """Why a command for programs alone is refused: its type, or else its value is out of range."""
+    operands = BY_NUMBER[instruction.number].operands
+    types = [operand for operand in operands if operand.field == "type"]
+    right = all(operand.low <= instruction.type <= operand.high for operand in types)
+    return Status.INVALID_VALUE if right else Status.WRONG_TYPE
