@@ -22,7 +22,7 @@ Source: TMC429 datasheet 8.1; model: docs/fidelity/chips.md CHIP-1 to CHIP-8.
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
 from math import isqrt
 from typing import Final, NamedTuple
@@ -43,8 +43,8 @@ LAST: Final = NEVER
 """The tick at which a part that lasts ends."""
 
 
-Place = tuple[int, int, int, int]
-"""Between two ramp ticks while braking: tick, speed, steps to the target, accumulator."""
+Place = tuple[int, int, int]
+"""Between two ramp ticks while braking: tick, speed, and what the pulse ticks have to add up to for the target."""
 
 
 def signed24(x: int) -> int:
@@ -149,16 +149,20 @@ class Coast(Part):
         self.end = end
         self.a = 0
 
-    @property
-    def moves(self) -> bool:
-        """Whether it makes steps."""
-        return self.speed >= 256
+    def reaches(self, steps: int) -> bool:
+        """Whether the part makes so many steps."""
+        return self.speed >= 256 and (self.end == LAST or self.moved(self.end) >= steps)
 
     def moved(self, n: int) -> int:
         """The number of steps from the start to tick n."""
         start = self.start
         shift = self.axis.pulse_div
         return start.acc + (self.speed >> 8) * ((n >> shift) - (start.n >> shift)) >> 11
+
+    def position(self, n: int) -> int:
+        """X_ACTUAL after a tick of the part."""
+        start = self.start
+        return signed24(start.x + self.direction * self.moved(n)) if self.speed >= 256 else start.x
 
     def when(self, steps: int) -> int:
         """The tick of a step within the part, the first being 1."""
@@ -187,8 +191,6 @@ class Change(Part):
 
     __slots__ = ("end", "step")
 
-    moves = True
-
     def __init__(self, axis: Axis, start: State, direction: int, step: int, ramps: int) -> None:
         super().__init__(axis, start, direction)
         self.step = step
@@ -205,6 +207,12 @@ class Change(Part):
         count = (ramps - 1 - first >> -rise) + 1
         return floors(speed + step * (first + 1), step << -rise, count)
 
+    def reaches(self, steps: int) -> bool:
+        """Whether the part makes so many steps."""
+        fastest = max(self.speed, self.speed + self.step * (self.end - self.start.n >> self.axis.ramp_div))
+        pulses = (self.end >> self.axis.pulse_div) - (self.start.n >> self.axis.pulse_div)
+        return fastest * pulses >= steps - 1 << 19 and self._weight(self.end) >> 11 >= steps
+
     def _weight(self, n: int) -> int:
         axis = self.axis
         ramps = (n >> axis.ramp_div) - (self.start.n >> axis.ramp_div)
@@ -215,9 +223,9 @@ class Change(Part):
         pulses = ((n & axis.ramp_mask) >> axis.pulse_div) + 1
         return self.start.acc + self.pulsed(ramps - 1) + (self.speed + self.step * ramps >> 8) * pulses
 
-    def moved(self, n: int) -> int:
-        """The number of steps from the start to tick n."""
-        return self._weight(n) >> 11
+    def position(self, n: int) -> int:
+        """X_ACTUAL after a tick of the part."""
+        return signed24(self.start.x + self.direction * (self._weight(n) >> 11))
 
     def when(self, steps: int) -> int:
         """The tick of a step within the part, the first being 1."""
@@ -260,135 +268,147 @@ class Change(Part):
 class Braking(Part):
     """The speed follows the braking velocity of the distance, as far as A_MAX allows, down to the target.
 
-    A position on the way is (n, speed, ahead, acc) between two ramp ticks, `ahead` being the steps to the target.
+    The way there is a sequence of places between two ramp ticks, some of which are kept as checkpoints.
     """
 
-    __slots__ = ("_checkpoints", "_end", "_ticks")
+    __slots__ = ("_checkpoints", "_end", "_found", "_ticks")
 
-    EVERY: Final = 16
+    EVERY: Final = 32
     """Small steps from one checkpoint to the next."""
-
-    moves = True
 
     def __init__(self, axis: Axis, start: State, direction: int) -> None:
         super().__init__(axis, start, direction)
         self.mark = start.n + 1
-        self._checkpoints: list[Place] = []
-        self._ticks: list[int] = []
+        way = (direction * axis.distance(start.x) << 11) - start.acc
+        self._checkpoints: list[Place] = [(start.n, self.speed, way)]
+        self._ticks = [start.n]
         self._end = 0
+        self._found: Coast | Change | None = None
 
     @property
     def end(self) -> int:
         """The tick before the ramp tick that no longer brakes for the target."""
         if not self._end:
-            self._plan()
+            place = self._checkpoints[0]
+            while (after := self._walk(place, LAST, -TURN << 11)) != place:
+                place = after
+                self._checkpoints.append(place)
+                self._ticks.append(place[0])
+            self._end = place[0]
         return self._end
 
-    def _plan(self) -> None:
-        axis, start = self.axis, self.start
-        place = start.n, self.speed, self.direction * axis.distance(start.x), start.acc
-        checkpoints, ticks = self._checkpoints, self._ticks
-        while True:
-            checkpoints.append(place)
-            ticks.append(place[0])
-            after = self._walk(place, LAST, -TURN)
-            if after[0] == place[0]:
-                break
-            place = after
-        self._end = place[0]
+    def reaches(self, steps: int) -> bool:
+        """Whether the part makes so many steps."""
+        return self.end > 0 and _ahead(self._checkpoints[0]) - _ahead(self._checkpoints[-1]) >= steps
 
-    def _walk(self, place: Place, until: int, beyond: int) -> Place:
-        """Up to EVERY small steps from `place`, none past tick `until` or to `beyond` steps of the target."""
-        axis = self.axis
-        n, speed, ahead, acc = place
-        a_max, v_min, v_max, rise, ramp_div = axis.a_max, axis.v_min, axis.v_max, axis.rise, axis.ramp_div
-        soft, factor, shift, dense = axis.mode == SOFT, axis.factor, axis.shift, axis.dense
-        for _ in range(self.EVERY):
-            if ahead <= 0:
-                break
-            aim = factor * (ahead if ahead < FARTHEST else FARTHEST) >> shift
-            if not soft:
-                aim = isqrt(aim)
-            aim = v_min if aim < v_min else v_max if aim > v_max else aim
-            slow = aim << 8
-            speed_after = slow if speed - a_max <= slow else speed - a_max
-            v = speed_after >> 8
-            if dense and v > v_min:
-                after = n + (1 << ramp_div)
-                weight = acc + (v << rise)
-            elif v == aim:
-                if aim == 0:
-                    break
-                if aim <= v_min:
-                    nearest = 1
-                elif soft:
-                    nearest = -((-aim << shift) // factor)
-                else:
-                    nearest = -((-aim * aim << shift) // factor)
-                pulses = -((acc - (ahead - nearest + 1 << 11)) // aim)
-                if rise >= 0:
-                    ramps = (pulses - 1 >> rise) + 1
-                    weight = acc + aim * (ramps << rise)
-                else:
-                    ramps = -(n + 1 >> ramp_div) % (1 << -rise) + (pulses - 1 << -rise) + 1
-                    weight = acc + aim * pulses
-                after = n + (ramps << ramp_div)
-                speed_after = max(speed - ramps * a_max, slow) if speed > slow else slow
-            else:
-                piece = self._piece((n, speed, ahead, acc))
-                after = piece.end
-                state = piece.at(after)
-                speed_after = abs(state.v)
-                weight = (ahead - self.direction * axis.distance(state.x) << 11) + state.acc
-            left = ahead - (weight >> 11)
-            if after > until or left <= beyond:
-                break
-            n, speed, ahead, acc = after, speed_after, left, weight & 2047
-        return n, speed, ahead, acc
+    def at(self, n: int) -> State:
+        """The state after a tick of the part."""
+        if n == self.start.n:
+            return self.start
+        piece = self._found
+        if piece is None or not piece.start.n < n <= piece.end:
+            if n > self.start.n + 1 and n > self.end:
+                raise ValueError(f"tick {n} is past the end of the part")
+            place = self._checkpoints[bisect_right(self._ticks, n - 1) - 1]
+            piece = self._piece(self._walk(place, n - 1, -TURN << 11))
+            while piece.end < n:
+                piece = self.axis.simple_part(piece.at(piece.end))
+            self._found = piece
+        return piece.at(n)
+
+    def position(self, n: int) -> int:
+        """X_ACTUAL after a tick of the part."""
+        return self.at(n).x
+
+    def when(self, steps: int) -> int:
+        """The tick of a step within the part, the first being 1."""
+        left = _ahead(self._checkpoints[0]) - steps << 11
+        index = bisect_left(self._checkpoints, -left, key=lambda place: -place[2]) - 1
+        piece = self._piece(self._walk(self._checkpoints[index], self.end, left))
+        while not piece.reaches(steps - self._before(piece)):
+            piece = self.axis.simple_part(piece.at(piece.end))
+        self._found = piece
+        return piece.when(steps - self._before(piece))
 
     def _piece(self, place: Place) -> Coast | Change:
         """The simple part that begins at a place on the way."""
-        n, speed, ahead, acc = place
+        n, speed, way = place
         if n == self.start.n:
             return self.axis.simple_part(self.start)
-        steps = self.direction * self.axis.distance(self.start.x) - ahead
-        return self.axis.simple_part(self.state(n, speed, steps, acc))
-
-    def _find(self, n: int) -> Coast | Change:
-        """The simple part of the way that holds tick n."""
-        if not self._end:
-            self._plan()
-        place = self._checkpoints[bisect_right(self._ticks, n - 1) - 1]
-        piece = self._piece(self._walk(place, n - 1, -TURN))
-        while piece.end < n:
-            piece = self.axis.simple_part(piece.at(piece.end))
-        return piece
+        steps = _ahead(self._checkpoints[0]) - _ahead(place)
+        return self.axis.simple_part(self.state(n, speed, steps, -way & 2047))
 
     def _before(self, piece: Coast | Change) -> int:
         """The number of steps before a simple part of the way."""
         return self.direction * (piece.start.x - self.start.x) % TURN
 
-    def moved(self, n: int) -> int:
-        """The number of steps from the start to tick n."""
-        if n <= self.start.n:
-            return 0
-        piece = self._find(n)
-        return self._before(piece) + piece.moved(n)
+    def _walk(self, place: Place, until: int, left: int) -> Place:
+        """Some small steps on the way, none of them past tick `until` or to where no more than `left` of it is left."""
+        axis = self.axis
+        lowest = axis.nearest(axis.v_min + 1) - 1 << 11
+        if axis.dense and lowest < place[2] <= FARTHEST << 11:
+            interval = axis.ramp_mask + 1
+            after = self._walk_intervals(
+                place, min(self.EVERY, (until - place[0]) // interval), max(left, lowest)
+            )
+            if after[2] <= left:
+                after = self._walk_intervals(place, (after[0] - place[0]) // interval - 1, lowest)
+            if after != place:
+                return after
+        return self._walk_velocities(place, until, left)
 
-    def at(self, n: int) -> State:
-        """The state after a tick of the part."""
-        return self._find(n).at(n) if n > self.start.n else self.start
+    def _walk_intervals(self, place: Place, count: int, lowest: int) -> Place:
+        """So many ramp intervals, while more than `lowest` of the way is left and V_MIN does not matter."""
+        axis = self.axis
+        n, speed, way = place
+        a_max, rise, factor, shift = axis.a_max, axis.rise, axis.factor, axis.shift
+        interval = axis.ramp_mask + 1
+        for _ in range(count):
+            if way <= lowest:
+                break
+            v = isqrt(factor * (way + 2047 >> 11) >> shift)
+            slowest = speed - a_max
+            speed = v << 8
+            if slowest > speed:
+                speed = slowest
+                v = slowest >> 8
+            way -= v << rise
+            n += interval
+        return n, speed, way
 
-    def when(self, steps: int) -> int:
-        """The tick of a step within the part, the first being 1."""
-        if not self._end:
-            self._plan()
-        ahead = self.direction * self.axis.distance(self.start.x) - steps
-        index = bisect_right(self._checkpoints, -ahead - 1, key=lambda place: -place[2]) - 1
-        piece = self._piece(self._walk(self._checkpoints[index], LAST, ahead))
-        while self._before(piece) + piece.moved(piece.end) < steps:
-            piece = self.axis.simple_part(piece.at(piece.end))
-        return piece.when(steps - self._before(piece))
+    def _walk_velocities(self, place: Place, until: int, left: int) -> Place:
+        """Up to EVERY stretches in which the integer part of the velocity is the one aimed at."""
+        axis = self.axis
+        a_max, rise, ramp_div = axis.a_max, axis.rise, axis.ramp_div
+        for _ in range(self.EVERY):
+            n, speed, way = place
+            if way <= 0:
+                break
+            aim = axis.allowed(-(-way >> 11))
+            if speed - a_max >> 8 > aim:
+                piece = self._piece(place)
+                state = piece.at(piece.end)
+                ahead = self.direction * axis.distance(state.x)
+                after = piece.end, abs(state.v), (ahead << 11) - state.acc
+            elif aim:
+                pulses = -(-(way - (axis.nearest(aim) - 1 << 11)) // aim)
+                if rise >= 0:
+                    ramps = (pulses - 1 >> rise) + 1
+                    pulses = ramps << rise
+                else:
+                    ramps = -(n + 1 >> ramp_div) % (1 << -rise) + (pulses - 1 << -rise) + 1
+                after = n + (ramps << ramp_div), max(speed - ramps * a_max, aim << 8), way - aim * pulses
+            else:
+                break
+            if after[0] > until or after[2] <= left:
+                break
+            place = after
+        return place
+
+
+def _ahead(place: Place) -> int:
+    """The number of steps from a place to the target."""
+    return -(-place[2] >> 11)
 
 
 AnyPart = Coast | Change | Braking
@@ -460,6 +480,16 @@ class Axis:
             self.seen = self._part(n).at(n) if n > self.begin.n else self.begin
         return self.seen
 
+    def position(self, n: int) -> int:
+        """X_ACTUAL after tick n, like `at`."""
+        return (
+            self.seen.x
+            if n == self.seen.n
+            else self._part(n).position(n)
+            if n > self.begin.n
+            else self.begin.x
+        )
+
     def next_mark(self, n: int, steps: Callable[[State, int], int]) -> int:
         """The first tick after n that somebody could want to be told of, or `LAST`.
 
@@ -471,10 +501,10 @@ class Axis:
             mark = part.mark if part.mark > n else LAST
             if mark == seen + 1:
                 return mark
-            if part.moves:
-                wanted = part.moved(seen) + steps(part.at(seen), part.direction)
-                if part.end == LAST or part.moved(part.end) >= wanted:
-                    mark = min(mark, part.when(wanted))
+            state = self.at(n) if seen == n else part.start
+            wanted = part.direction * (state.x - part.start.x) % TURN + steps(state, part.direction)
+            if part.reaches(wanted):
+                mark = min(mark, part.when(wanted))
             if mark < LAST or part.end == LAST:
                 return mark
             part = self._part(part.end + 1)
@@ -674,7 +704,7 @@ class Axis:
             left = ahead - (start.acc + part.pulsed(ramps - 1) >> 11)
             return left > 0 and speed + step * ramps < self.allowed(left) << 8
 
-        if full(ramps):
+        if not part.reaches(ahead - self.nearest(aim >> 8)) or full(ramps):
             return ramps
         low, high = 1, ramps
         while high - low > 1:
@@ -684,7 +714,7 @@ class Axis:
 
     def _until(self, part: Coast | Change, room: int) -> Coast | Change:
         """`part`, cut at the end of the ramp interval in which it makes its step number `room`."""
-        if part.moves and (part.end == LAST or part.moved(part.end) >= room):
+        if part.reaches(room):
             part.end = part.when(room) | self.ramp_mask
         return part
 

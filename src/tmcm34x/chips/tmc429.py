@@ -41,6 +41,9 @@ STOP_LEFT_LOW, STOP_RIGHT_LOW, STOP_LEFT_HIGH, STOP_RIGHT_HIGH = 16, 32, 64, 128
 _INDEX: Final = {register.name: register.index for register in REGISTERS}
 _FIELD: Final = {name: field for name, (_, field) in FIELDS.items()}
 
+_INTERRUPTS: Final = _INDEX["INTERRUPTS"]
+_POS_COMP_INT: Final = _INDEX["POS_COMP_INT"]
+
 _TAKEN: Final = {
     _INDEX[name]: tuple((field.name.lower(), field) for field in BY_NAME[name].fields)
     for name in (
@@ -141,6 +144,7 @@ class Tmc429:
         self._cover = self._armed = self._unsampled = False
         self._sent = 0
         self._duration = 0
+        self._scaled = False
         self._sampled = self._levels
         self._switches = 0
         self._resolve_inputs()
@@ -199,7 +203,11 @@ class Tmc429:
         for motor in MOTORS:
             if marks[motor] <= tick:
                 marks[motor] = self._axes[motor].next_mark(tick, partial(self._noticed_after, motor))
-        first = min(*marks, *self._standstills(tick), self._requested(tick))
+        first = min(marks)
+        if self._wants_datagram():
+            first = min(first, self._requested(tick))
+        if self._scaled:
+            first = min(first, *self._standstills(tick))
         return min(self._flight, self._origin + (first << 5) if first < NEVER else NEVER)
 
     def _replan(self, motor: int) -> None:
@@ -215,7 +223,7 @@ class Tmc429:
         if self._wants_datagram():
             return 1
         axis, x = self._axes[motor], state.x
-        mask = self._motor[motor][_INDEX["INTERRUPTS"]] >> 8
+        mask = self._motor[motor][_INTERRUPTS] >> 8
         goals = [axis.x_target]
         if watched := self._watched[motor]:
             low, high = watched
@@ -235,15 +243,14 @@ class Tmc429:
         for motor in MOTORS:
             if self._marks[motor] == tick:
                 axis = self._axes[motor]
-                if self._motor[motor][_INDEX["INTERRUPTS"]] >> 8 or self._common[_INDEX["POS_COMP_INT"]]:
-                    before = self._conditions(motor, axis.at(tick - 1))
-                    self._raise(motor, before)
+                if self._listens(motor):
+                    self._raise(motor, self._conditions(motor, axis.at(tick - 1)))
                 if self._wants_datagram() and axis.at(tick - 1).x != axis.at(tick).x:
                     self._send_datagram()
                 axis.forget(tick)
         if self._flight == self.now:
             self._datagram_sent()
-        elif self._requested(tick - 1) == tick:
+        elif self._wants_datagram() and self._requested(tick - 1) == tick:
             self._send_datagram()
         self._due = -1
 
@@ -288,12 +295,12 @@ class Tmc429:
         tick = self._tick()
         status = 0
         for motor, axis in enumerate(self._axes):
-            if axis.at(tick).x == axis.x_target:
+            if axis.position(tick) == axis.x_target:
                 status |= registers.at_target(motor)
-            if self._motor[motor][_INDEX["INTERRUPTS"]] & 255:
+            if self._motor[motor][_INTERRUPTS] & 255:
                 status |= registers.INT
         status |= self._switches & 0b101010
-        if self._common[_INDEX["POS_COMP_INT"]] & 1:
+        if self._common[_POS_COMP_INT] & 1:
             status |= registers.INT
         return status | registers.CDGW if self._cover or self._armed or self._sent else status
 
@@ -369,8 +376,10 @@ class Tmc429:
                 axis.mode = mode
                 axis.soft_stop = bool(_FIELD["SOFT_STOP"].get(data))
                 self._resolve_stops(motor)
+            case "I_SCALES_A_THRESHOLD":
+                self._scaled = any(words[index] for words in self._motor)
             case _:
-                for attribute, field in _TAKEN.get(index, ()):
+                for attribute, field in _TAKEN[index]:
                     setattr(axis, attribute, field.get(data))
         self._cut(motor, state)
         self._raise(motor, before)
@@ -384,7 +393,13 @@ class Tmc429:
 
     # ---- interrupts: a flag is set when its condition becomes true (fidelity CHIP-11)
 
+    def _listens(self, motor: int) -> bool:
+        """Whether any interrupt is enabled that this motor could cause."""
+        return self._motor[motor][_INTERRUPTS] > 255 or self._common[_POS_COMP_INT] > 1
+
     def _conditions(self, motor: int, state: State) -> int:
+        if not self._listens(motor):
+            return 0
         axis = self._axes[motor]
         conditions = STOP if state.stopping else 0
         if state.x == axis.x_target:
@@ -400,20 +415,22 @@ class Tmc429:
 
     def _raise(self, motor: int, before: int) -> None:
         """Set the flags of conditions that have become true, as far as their masks allow."""
+        if not self._listens(motor):
+            return
         risen = self._conditions(motor, self._axes[motor].at(self._tick())) & ~before
         if self._axes[motor].mode > SOFT:
             risen &= ~POS_END
         self._flag(motor, risen)
         if risen & 256:
-            self._common[_INDEX["POS_COMP_INT"]] |= 1
+            self._common[_POS_COMP_INT] |= 1
 
     def _flag(self, motor: int, flags: int) -> None:
-        words, index = self._motor[motor], _INDEX["INTERRUPTS"]
+        words, index = self._motor[motor], _INTERRUPTS
         words[index] |= flags & words[index] >> 8
 
     def _compared_motor(self) -> int:
         """The motor whose position is compared with POS_COMP, if that interrupt is enabled."""
-        if not self._common[_INDEX["POS_COMP_INT"]] & _FIELD["MASK_POS_COMP"].mask:
+        if not self._common[_POS_COMP_INT] & _FIELD["MASK_POS_COMP"].mask:
             return -1
         return _FIELD["POS_COMP_SEL"].get(self._common[_INDEX["IF_CONFIGURATION"]])
 
@@ -460,7 +477,7 @@ class Tmc429:
                 pass
         self._replan_all()
         if name in ("POS_COMP", "IF_CONFIGURATION") and self._compared() and not compared:
-            self._common[_INDEX["POS_COMP_INT"]] |= 1
+            self._common[_POS_COMP_INT] |= 1
 
     def _compared(self) -> bool:
         """Whether the position compared with POS_COMP equals it."""
@@ -570,8 +587,8 @@ class Tmc429:
         return (self._armed or self._unsampled) and self._duration > 0 and self._flight == NEVER
 
     def _requested(self, tick: int) -> int:
-        """The tick after `tick` at which continuous update asks for a driver datagram that somebody waits for."""
-        if not (self._wants_datagram() and self._setting("CONTINUOUS_UPDATE")):
+        """The tick after `tick` at which continuous update asks for a driver datagram."""
+        if not self._setting("CONTINUOUS_UPDATE"):
             return NEVER
         return min((tick >> shift) + 1 << shift for shift in (10 + axis.ramp_div for axis in self._axes))
 
@@ -636,7 +653,7 @@ class Tmc429:
 
     def position(self, motor: int) -> int:
         """X_ACTUAL in microsteps, -2^23 .. 2^23 - 1."""
-        return self._state(motor).x
+        return self._axes[motor].position(self._tick())
 
     def velocity(self, motor: int) -> int:
         """V_ACTUAL, signed."""
@@ -724,10 +741,9 @@ class Tmc429:
     def _standstills(self, tick: int) -> Iterator[int]:
         """The ticks after `tick` at which an axis at rest changes its current scale."""
         for motor, axis in enumerate(self._axes):
-            if self._motor[motor][_INDEX["I_SCALES_A_THRESHOLD"]]:
-                state = axis.at(tick)
-                if state.v == 0 and (when := self._standstill(motor, state)) > tick:
-                    yield when
+            state = axis.at(tick)
+            when = self._standstill(motor, state)
+            yield when if state.v == 0 and when > tick else NEVER
 
     def _state(self, motor: int) -> State:
         return self._axes[motor].at(self._tick())
