@@ -1,0 +1,210 @@
+"""Where a program can go: successors, calls, loops, without running it.
+
+Every condition may turn out either way, and a call goes on behind its CSUB if the subroutine can reach an
+RSUB.  All answers take time in proportion to the program's length.
+
+Source: manual 6.7.18 to 6.7.23.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cached_property
+
+from tmcm34x.tmcl.commands import BY_MNEMONIC
+from tmcm34x.tmcl.datagram import Instruction
+
+JC, JA, CSUB, RSUB, STOP = (BY_MNEMONIC[name].number for name in ("JC", "JA", "CSUB", "RSUB", "STOP"))
+JUMPS = frozenset((JC, JA, CSUB))
+
+Edges = Sequence[Sequence[int]]
+
+
+class Flow:
+    """The control flow graph of a program.
+
+    Nodes are addresses; the one behind the last instruction, `end`, stands for running past the end.
+    """
+
+    def __init__(self, program: Sequence[Instruction | None]) -> None:
+        self.program = program
+        self.end = len(program)
+        self._numbers = [-1 if i is None else i.number for i in program]
+
+    @cached_property
+    def calls(self) -> dict[int, int]:
+        """The target of each CSUB that stays inside the program, by its address."""
+        return {
+            address: instruction.value
+            for address, instruction in enumerate(self.program)
+            if instruction is not None and instruction.number == CSUB and 0 <= instruction.value < self.end
+        }
+
+    @cached_property
+    def steps(self) -> Edges:
+        """From each address, the next ones in the same subroutine."""
+        steps: list[Sequence[int]] = []
+        for address, following in enumerate(self._jumps):
+            steps.append(following if self._comes_back(address, self._returning) else ())
+        return [*steps, ()]
+
+    @cached_property
+    def edges(self) -> Edges:
+        """The same, and from each CSUB into its subroutine."""
+        calls = self.calls
+        return [(*steps, calls[n]) if n in calls else steps for n, steps in enumerate(self.steps)]
+
+    @cached_property
+    def main(self) -> frozenset[int]:
+        """The addresses that are executed with no call open."""
+        return frozenset(_reach(self.steps, (0,)))
+
+    @cached_property
+    def reachable(self) -> frozenset[int]:
+        """All addresses that are executed; `end` among them when the program can run past its end."""
+        return frozenset(_reach(self.edges, (0,)))
+
+    @cached_property
+    def recursive(self) -> frozenset[int]:
+        """The CSUBs that can be executed again before their subroutine is back."""
+        return frozenset(self._calls_within(self._place))
+
+    @cached_property
+    def depth(self) -> dict[int, int]:
+        """The greatest number of calls that can be open at each reachable address, recursion left aside."""
+        levels = [0] * len(self._components)
+        for number, component in enumerate(self._components):
+            for address in component:
+                target = self.calls.get(address)
+                for following in self.edges[address]:
+                    other = self._place[following]
+                    if other != number:
+                        levels[other] = max(levels[other], levels[number] + (following == target))
+        return {address: levels[number] for address, number in self._place.items()}
+
+    @cached_property
+    def looping(self) -> frozenset[int]:
+        """The addresses that can be executed again and again: in a loop, or in a subroutine called from one."""
+        loops = {
+            address
+            for component in self._components
+            for address in component
+            if len(component) > 1 or address in self.edges[address]
+        }
+        called = [self.calls[address] for address in loops if address in self.calls]
+        return frozenset(loops | _reach(self.edges, called))
+
+    @cached_property
+    def _jumps(self) -> Edges:
+        """The steps, with every call taken to come back."""
+        jumps: list[tuple[int, ...]] = []
+        for address, instruction in enumerate(self.program):
+            number = self._numbers[address]
+            target = (
+                () if instruction is None or not 0 <= instruction.value <= self.end else (instruction.value,)
+            )
+            if number == JA:
+                jumps.append(target)
+            elif number == JC:
+                jumps.append((address + 1, *target))
+            else:
+                jumps.append(() if number in (RSUB, STOP) else (address + 1,))
+        return jumps
+
+    @cached_property
+    def _returning(self) -> set[int]:
+        """The addresses from which an RSUB can be reached in the same subroutine."""
+        before: list[list[int]] = [[] for _ in range(self.end + 1)]
+        callers: dict[int, list[int]] = {}
+        for address, following in enumerate(self._jumps):
+            for target in following:
+                before[target].append(address)
+        for address, target in self.calls.items():
+            callers.setdefault(target, []).append(address)
+        returning: set[int] = set()
+        todo = [address for address, number in enumerate(self._numbers) if number == RSUB]
+        while todo:
+            address = todo.pop()
+            if address in returning:
+                continue
+            returning.add(address)
+            todo += [a for a in before[address] if self._comes_back(a, returning)]
+            todo += [a for a in callers.get(address, ()) if a + 1 in returning]
+        return returning
+
+    @cached_property
+    def _overflowing(self) -> frozenset[int]:
+        """The calls that recursion may repeat until they are ignored, which is as good as coming back."""
+        edges = [(*steps, self.calls[n]) if n in self.calls else steps for n, steps in enumerate(self._jumps)]
+        components = _components([*edges, ()], range(self.end))
+        return frozenset(self._calls_within({a: n for n, found in enumerate(components) for a in found}))
+
+    def _comes_back(self, address: int, returning: set[int]) -> bool:
+        """Whether the program can go on behind an address that may be a call."""
+        target = self.calls.get(address)
+        return target is None or target in returning or address in self._overflowing
+
+    def _calls_within(self, place: dict[int, int]) -> Iterable[int]:
+        """The calls whose subroutine can come to them again, by the components of all addresses."""
+        return (a for a, target in self.calls.items() if a in place and place[a] == place[target])
+
+    @cached_property
+    def _place(self) -> dict[int, int]:
+        """The component of each reachable address."""
+        return {address: n for n, component in enumerate(self._components) for address in component}
+
+    @cached_property
+    def _components(self) -> list[list[int]]:
+        """The strongly connected components that can be reached, each before those that it leads to."""
+        return _components(self.edges, (0,))
+
+
+def _reach(edges: Edges, starts: Iterable[int]) -> set[int]:
+    seen: set[int] = set()
+    todo = list(starts)
+    while todo:
+        node = todo.pop()
+        if node not in seen:
+            seen.add(node)
+            todo.extend(edges[node])
+    return seen
+
+
+def _components(edges: Edges, starts: Iterable[int]) -> list[list[int]]:
+    """Tarjan's algorithm with a stack of its own: programs are longer than Python's is deep."""
+    index: dict[int, int] = {}
+    low: dict[int, int] = {}
+    members: list[int] = []
+    waiting: set[int] = set()
+    components: list[list[int]] = []
+    path: list[tuple[int, Iterator[int]]] = []
+
+    def enter(node: int) -> None:
+        index[node] = low[node] = len(index)
+        members.append(node)
+        waiting.add(node)
+        path.append((node, iter(edges[node])))
+
+    for start in starts:
+        if start not in index:
+            enter(start)
+        while path:
+            node, following = path[-1]
+            for target in following:
+                if target not in index:
+                    enter(target)
+                    break
+                if target in waiting:
+                    low[node] = min(low[node], index[target])
+            else:
+                path.pop()
+                if path:
+                    caller = path[-1][0]
+                    low[caller] = min(low[caller], low[node])
+                if low[node] == index[node]:
+                    component: list[int] = []
+                    while not component or component[-1] != node:
+                        component.append(members.pop())
+                        waiting.discard(component[-1])
+                    components.append(component)
+    return components[::-1]

@@ -1,0 +1,148 @@
+"""Source text in columns: labels, mnemonics, operands, comments.
+
+What it changes: blanks, and mnemonics, words and functions to upper case.  What it keeps: every comment, blank
+line, number and name as written, the order of lines, and lines that it does not understand.  Formatting twice
+is formatting once, and the program stays the same.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from tmcm34x.tmcl.commands import BY_MNEMONIC
+from tmcm34x.toolchain.expressions import Expression
+from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Line, parse_line
+from tmcm34x.toolchain.tokens import Token, split_lines, tokenize
+
+_MNEMONIC_COLUMN: Final = (8, 24)
+"""Least and greatest width of the label column."""
+_MNEMONIC_WIDTH: Final = 6
+_COMMENT_COLUMN: Final = (32, 64)
+"""Least and greatest column of comments behind a command; longer lines put theirs two blanks behind."""
+_SPACED: Final = frozenset("+-*/")
+
+
+def format_source(text: str) -> str:
+    """`text` in columns; line ends are CR LF where it has some, else LF."""
+    if not text:
+        return text
+    newline = "\r\n" if "\r\n" in text else "\n"
+    return newline.join(_Formatter(split_lines(text.removeprefix("\ufeff"))).run()) + newline
+
+
+def format_expression(text: str) -> str:
+    """The expression or word `text` with its blanks in the usual places and its functions in upper case."""
+    tokens = tokenize(text)
+    parts: list[str] = []
+    previous: Token | None = None
+    for index, token in enumerate(tokens):
+        is_function = token.kind == "name" and index + 1 < len(tokens) and tokens[index + 1].text == "("
+        operand_before = previous is not None and (previous.kind != "operator" or previous.text == ")")
+        if token.text in _SPACED and operand_before:
+            parts.append(f" {token.text} ")
+        else:
+            parts.append(token.text.upper() if is_function else token.text)
+        previous = token
+    return "".join(parts)
+
+
+class _Formatter:
+    def __init__(self, texts: list[str]) -> None:
+        if len(texts) > 1 and not texts[-1]:
+            texts = texts[:-1]
+        self.texts = texts
+        self.lines = [parse_line(text) for text in texts]
+        self.mnemonic_column = self.label_width()
+        self.equals = self.constant_columns()
+
+    def run(self) -> list[str]:
+        codes = [self.code(index) for index in range(len(self.lines))]
+        low, high = _COMMENT_COLUMN
+        column = max(
+            (len(code) + 2 for code, line in zip(codes, self.lines, strict=True)
+             if code and line.comment and len(code) + 2 <= high),
+            default=low,
+        )  # fmt: skip
+        column = max(column, low)
+        out: list[str] = []
+        beside = False
+        for code, line, text in zip(codes, self.lines, self.texts, strict=True):
+            comment = line.comment
+            if code is None:
+                out.append(text.rstrip())
+            elif comment is None:
+                out.append(code)
+            elif code:
+                out.append(f"{code}{' ' * max(2, column - len(code))}{comment.text.rstrip()}")
+            else:
+                # A comment that goes on below another one stays below it.
+                beside = beside and comment.start > self.mnemonic_column
+                indent = 0 if comment.start == 0 else column if beside else self.mnemonic_column
+                out.append(" " * indent + comment.text.rstrip())
+                continue
+            beside = bool(code and comment)
+        return out
+
+    def label_width(self) -> int:
+        low, high = _MNEMONIC_COLUMN
+        widths = [
+            len(_labels(line)) + 1
+            for line in self.lines
+            if line.labels and isinstance(line.statement, Command | Data)
+        ]
+        return max(low, *(width for width in widths if width <= high), low)
+
+    def constant_columns(self) -> dict[int, int]:
+        """The column of the equals sign, by line: the same for constants on lines that follow each other."""
+        columns: dict[int, int] = {}
+        block: list[int] = []
+        for index, line in enumerate([*self.lines, None]):
+            statement = line.statement if line is not None else None
+            if isinstance(statement, Constant):
+                block.append(index)
+                continue
+            width = max((len(self.lines[n].statement.name.text) for n in block), default=0)  # type: ignore[union-attr]
+            columns.update(dict.fromkeys(block, width))
+            block.clear()
+        return columns
+
+    def code(self, index: int) -> str | None:
+        """The line without its comment; None where it must stay as it is."""
+        line, text = self.lines[index], self.texts[index]
+        statement = line.statement
+        if line.problems or (
+            isinstance(statement, Command) and statement.mnemonic.text.upper() not in BY_MNEMONIC
+        ):
+            return None
+        labels = _labels(line)
+        match statement:
+            case None:
+                return labels
+            case Include():
+                return f"#include {text[statement.start : statement.end]}"
+            case Constant():
+                name = f"{statement.name.text:<{self.equals[index]}} = {_text(text, statement.value)}"
+                return f"{labels} {name}" if labels else name
+            case Command():
+                body = _command(text, statement)
+            case Data():
+                body = f"//! DATA {', '.join(_text(text, operand) for operand in statement.operands)}"
+        return f"{labels:<{self.mnemonic_column - 1}} {body}"
+
+
+def _labels(line: Line) -> str:
+    return " ".join(f"{label.text}:" for label in line.labels)
+
+
+def _command(text: str, command: Command) -> str:
+    row = BY_MNEMONIC[command.mnemonic.text.upper()]
+    words = [operand.words for operand in row.operands]
+    texts = [
+        _text(text, operand).upper() if index < len(words) and words[index] else _text(text, operand)
+        for index, operand in enumerate(command.operands)
+    ]
+    return f"{row.mnemonic:<{_MNEMONIC_WIDTH}}{', '.join(texts)}".rstrip()
+
+
+def _text(text: str, expression: Expression | None) -> str:
+    return "" if expression is None else format_expression(text[expression.start : expression.end])

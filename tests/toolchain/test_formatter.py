@@ -1,0 +1,104 @@
+"""Source text in columns."""
+
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from tmcm34x.tmcl.mnemonic import format_instruction, parse_instruction
+from tmcm34x.toolchain.assembler import assemble
+from tmcm34x.toolchain.formatter import format_source
+from tmcm34x.toolchain.tokens import split_lines, tokenize
+from toolchain.generators import SOURCES
+
+
+def test_labels_mnemonics_operands_and_comments_stand_in_columns():
+    text = (
+        "// Demo\n#include   names.inc\nSpeed=500 // fast\nN = sin( rad( 90 ) )*2\n\n"
+        "loop:mvp abs,0,Speed*-2//go\n   // between\nwait   Pos , 0,0     // there?\n"
+        "                            // really\n JA loop\nlong_label_alone:\n//! data 37,1, 2,300\n"
+    )
+    assert format_source(text) == (
+        "// Demo\n"
+        "#include names.inc\n"
+        "Speed = 500                       // fast\n"
+        "N     = SIN(RAD(90)) * 2\n"
+        "\n"
+        "loop:   MVP   ABS, 0, Speed * -2  //go\n"
+        "        // between\n"
+        "        WAIT  POS, 0, 0           // there?\n"
+        "                                  // really\n"
+        "        JA    loop\n"
+        "long_label_alone:\n"
+        "        //! DATA 37, 1, 2, 300\n"
+    )
+
+
+def test_lines_that_are_not_understood_stay():
+    text = "  sap  1,,2 // oops   \n  foo   1\n ; note\n"
+    assert format_source(text) == "  sap  1,,2 // oops\n  foo   1\n ; note\n"
+
+
+def test_line_ends_stay_and_the_last_line_gets_one():
+    assert format_source("stop\r\nstop") == "        STOP\r\n        STOP\r\n"
+    assert format_source("\ufeff// note") == "// note\n"
+    assert format_source("") == ""
+    assert format_source("\n\n") == "\n\n"
+
+
+def test_a_very_long_label_does_not_move_the_column():
+    text = "a_label_of_more_than_twenty_four_characters: STOP\nb: STOP"
+    assert format_source(text).splitlines()[1] == "b:      STOP"
+
+
+def includes(name, _from):
+    return name, "STOP // from a file"
+
+
+@given(SOURCES)
+@example("//! DATA 1,2,3,4 //! DATA 5,6,7,8")
+@settings(max_examples=150, deadline=None)
+def test_formatting_keeps_the_meaning_and_is_done_at_once(text):
+    formatted = format_source(text)
+    assert format_source(formatted) == formatted
+    before, after = (assemble(t, include=includes) for t in (text, formatted))
+    assert [code.instruction for code in before.code] == [code.instruction for code in after.code]
+    assert [d.code for d in before.diagnostics] == [d.code for d in after.diagnostics]
+    assert [(s.name, s.value) for s in before.symbols.values()] == [
+        (s.name, s.value) for s in after.symbols.values()
+    ]
+
+
+@given(SOURCES)
+@settings(max_examples=80, deadline=None)
+def test_formatting_keeps_every_comment_and_every_blank_line(text):
+    def comments(source):
+        tokens = [
+            token for line in split_lines(source.removeprefix("\ufeff")) for token in tokenize(line)[-1:]
+        ]
+        return [
+            token.text.rstrip()
+            for token in tokens
+            if token.kind == "comment" and "DATA" not in token.text.upper()
+        ]
+
+    formatted = format_source(text)
+    assert comments(formatted) == comments(text)
+    blank = [not line.strip() for line in split_lines(text)]
+    while (
+        len(blank) > 1 and blank[-1] and split_lines(text)[-1] == "" and len(blank) == len(split_lines(text))
+    ):
+        blank.pop()
+    assert [not line.strip() for line in split_lines(formatted)][: len(blank)] == blank
+
+
+@given(st.text(max_size=300))
+@settings(max_examples=80, deadline=None)
+def test_any_text_can_be_formatted(text):
+    formatted = format_source(text)
+    assert format_source(formatted) == formatted
+
+
+@given(SOURCES)
+@settings(max_examples=40, deadline=None)
+def test_parsing_a_formatted_instruction_gives_it_back(text):
+    for instruction in assemble(text, include=includes).program:
+        assert parse_instruction(format_instruction(instruction)) == instruction

@@ -1,0 +1,179 @@
+"""Likely mistakes in programs that assemble."""
+
+import pytest
+from hypothesis import given, settings
+
+from tmcm34x.toolchain.assembler import assemble
+from tmcm34x.toolchain.linter import RULES, ignored_codes, lint
+from toolchain.generators import SOURCES
+
+NEST = "\n".join(f"S{n}: CSUB S{n + 1}\nRSUB" for n in range(10)) + "\nS10: RSUB"
+
+
+def findings(text, **options):
+    assembly = assemble(text)
+    assert assembly.ok, assembly.diagnostics
+    return lint(assembly, **options)
+
+
+def codes(text, **options):
+    return [item.code for item in findings(text, **options)]
+
+
+CLEAN = """
+// Every command once, used well.
+Speed = 500
+        SGP 77, 0, 1
+        SAP 4, 0, Speed
+        RFS START, 0
+        WAIT RFS, 0, 1000
+        JC ETO, Failed
+        SCO 1, 0, 1000
+        CSUB Move
+Loop:   GIO 0, 0
+        JC ZE, Loop
+        MVP COORD, $83, 1
+        MVP COORD, 0, 1
+        WAIT POS, 0, 0
+        SIO 255, 2, -1
+        CCO 2, 7
+        GAP 1, 0, 0
+        AAP 0, 1
+        AGP 3, 2
+        CALC DIV, 2
+        WAIT TICKS, 9, 5
+        JA Loop
+Failed: CLE ETO
+        STOP
+Move:   MVP ABS, 1, -1000
+        STAP 4, 0
+        RSUB
+"""
+
+BROKEN = [
+    ("W101", "STOP\nROR 0, 1\nMST 0\nSTOP", 2, 1),
+    ("W102", "ROR 0, 1", 1, 1),
+    ("W102", "L: GIO 0, 0\nJC ZE, L", 2, 1),
+    ("W103", f"CSUB S0\nSTOP\n{NEST}", 17, 5),
+    ("W104", "ROR 0, 1\nRSUB", 2, 1),
+    ("W105", "CSUB A\nSTOP\nA: CSUB A\nRSUB", 3, 4),
+    ("W106", "JA 5", 1, 4),
+    ("W106", "JC ZE, End\nSTOP\nEnd:", 1, 8),
+    ("W201", "WAIT REFSW, 0, 0\nSTOP", 1, 16),
+    ("W201", "WAIT RFS, 0, 0\nSTOP", 1, 14),
+    ("W202", "L: STAP 4, 0\nJA L", 1, 4),
+    ("W202", "L: SGP 66, 0, 5\nJA L", 1, 4),
+    ("W202", "L: AGP 66, 0\nJA L", 1, 4),
+    ("W202", "L: CSUB S\nJA L\nS: STGP 1, 2\nRSUB", 3, 4),
+    ("W202", "L: SCO 0, 255, 0\nJA L", 1, 4),
+    ("W202", "SGP 84, 0, 1\nL: CCO 1, 0\nJA L", 2, 4),
+    ("W203", "L: WAIT POS, 0, 9\nJC ETO, L\nSTOP", 2, 1),
+    ("W301", "SAP 140, 0, 7\nSTOP", 1, 13),
+    ("W301", "SGP 69, 0, 9\nSTOP", 1, 12),
+    ("W303", "ROR 3, 100\nSTOP", 1, 5),
+    ("W303", "MVP ABS, $83, 100\nSTOP", 1, 10),
+    ("W303", "CCO 1, 5\nSTOP", 1, 8),
+    ("W303", "WAIT POS, 3, 0\nSTOP", 1, 11),
+    ("W304", "SAP 8, 0, 1\nSTOP", 1, 5),
+    ("W304", "AAP 10, 0\nSTOP", 1, 5),
+    ("W304", "AGP 133, 0\nSTOP", 1, 5),
+    ("W305", "GAP 141, 0\nSTOP", 1, 5),
+    ("W305", "GGP 56, 2\nSTOP", 1, 5),
+    ("W305", "GGP 0, 1\nSTOP", 1, 8),
+    ("W305", "GIO 8, 0\nSTOP", 1, 5),
+    ("W305", "SIO 0, 0, 1\nSTOP", 1, 8),
+    ("W306", "STAP 1, 0\nSTOP", 1, 6),
+    ("W306", "STGP 66, 0\nSTOP", 1, 6),
+    ("W307", "ROR 0, 2048\nSTOP", 1, 8),
+    ("W307", "SIO 3, 2, 2\nSTOP", 1, 11),
+    ("W307", "WAIT TICKS, 0, -1\nSTOP", 1, 16),
+    ("W307", "GCO 21, 0\nSTOP", 1, 5),
+    ("W307", "SCO 2, 0, 8388608\nSTOP", 1, 11),
+    ("W307", "SCO 1,0,1\nMVP COORD, 0, 21\nGCO 0,255\nSTOP", 2, 15),
+    ("W308", "MVP COORD, 0, 3\nSTOP", 1, 15),
+    ("W309", "CALC MOD, 0\nSTOP", 1, 11),
+    ("W401", "Speed = 5\nSTOP", 1, 1),
+    ("W401", "Here: STOP", 1, 1),
+    ("W402", "POS = 5\nCOMP POS\nSTOP", 1, 1),
+    ("W403", "AAP 4, 0, 1000\nSTOP", 1, 11),
+]
+
+
+def test_a_sound_program_has_no_findings():
+    assert findings(CLEAN) == ()
+
+
+@pytest.mark.parametrize(("code", "text", "line", "column"), BROKEN)
+def test_a_rule_finds_its_mistake(code, text, line, column):
+    (finding,) = findings(text)
+    assert (finding.code, *finding.location[1:3]) == (code, line, column)
+    assert finding.severity == RULES[code].severity
+
+
+def test_every_rule_has_a_broken_program():
+    assert {code for code, *_ in BROKEN} | {"W302"} == set(RULES)
+
+
+@pytest.mark.parametrize(("code", "text", "line", "_column"), BROKEN)
+def test_a_comment_keeps_a_rule_quiet(code, text, line, _column):
+    lines = text.split("\n")
+    lines[line - 1] += f" // lint: ignore {code.lower()} because it is meant"
+    assert codes("\n".join(lines)) == []
+
+
+def test_parameters_are_checked_against_the_model():
+    text = "SAP 6, 0, 100\nSTOP"
+    assert codes(text, model=343) == codes(text, model=341) == []
+    assert codes(text, model=342) == ["W302"]
+
+
+def test_ignore_alone_keeps_all_rules_quiet_and_others_not():
+    assert ignored_codes("// lint: ignore") is None
+    assert ignored_codes("// lint: ignore W101, w202 W303") == {"W101", "W202", "W303"}
+    assert ignored_codes("// nothing") == frozenset()
+    assert codes("ROR 3, 9999 // lint: ignore W303\nSTOP") == ["W307"]
+
+
+def test_eeprom_writes_outside_of_loops_are_fine():
+    assert codes("STAP 4, 0\nSGP 66, 0, 1\nL: SGP 1, 2, 5\nAGP 2, 2\nJA L") == []
+
+
+def test_coordinates_that_live_in_the_eeprom_count_as_set():
+    assert codes("GCO 0, 255\nMVP COORD, 0, 3\nSTOP") == []
+    assert codes("GCO 3, 255\nMVP COORD, 0, 3\nSTOP") == []
+    assert codes("SGP 84, 0, 1\nMVP COORD, 0, 3\nSTOP") == []
+
+
+def test_flow_is_left_alone_while_there_are_errors():
+    assembly = assemble("JA Nowhere\nROR 5, 1")
+    assert [item.code for item in lint(assembly)] == ["W303"]
+
+
+def test_names_of_included_files_need_not_be_used():
+    assembly = assemble("#include names.inc\nSTOP", include=lambda name, _from: (name, "A = 1\n"))
+    assert lint(assembly) == ()
+
+
+def apply(text, edits):
+    lines = text.split("\n")
+    for edit in sorted(edits, key=lambda item: item.location, reverse=True):
+        _, line, column, end = edit.location
+        lines[line - 1] = lines[line - 1][: column - 1] + edit.text + lines[line - 1][end - 1 :]
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize(("code", "text", "_line", "_column"), BROKEN)
+def test_a_fix_removes_its_finding(code, text, _line, _column):
+    (finding,) = findings(text)
+    for fix in finding.fixes:
+        assert code not in codes(apply(text, fix.edits))
+    assert finding.fixes or code not in {"W102", "W201", "W301", "W307"}
+
+
+@given(SOURCES)
+@settings(max_examples=150, deadline=None)
+def test_any_source_can_be_linted(text):
+    assembly = assemble(text, include=lambda name, _from: (name, "L0: STOP"))
+    for item in lint(assembly, model=342):
+        assert item.code in RULES
+        assert 1 <= item.location.line <= len(assembly.sources[item.location.file])
