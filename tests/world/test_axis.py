@@ -1,5 +1,7 @@
 """Rotor and field: following, hard stops, step loss, switches."""
 
+from math import inf
+
 import pytest
 
 from tmcm34x.world.axis import YIELD, Axis, Field, Grip, whole_turn
@@ -55,7 +57,7 @@ def test_a_hard_stop_holds_the_rotor_and_it_comes_back_out_of_step():
     assert stopped.grip is Grip.FOLLOWING
     assert go(stopped, end + YIELD + 1, 100.0) == end
     assert stopped.grip is Grip.BLOCKED
-    assert stopped.load_ratio == 1.0
+    assert stopped.load_ratio() == 1.0
     assert stopped.room() == (-FAR, FAR)
     far = end + 10 * CYCLE + 30
     assert go(stopped, far, 100.0) == end
@@ -80,7 +82,7 @@ def test_too_much_torque_leaves_the_rotor_behind_until_the_field_is_slow():
     heavy = axis(Carriage(mass_kg=0, friction_n=0, zones=((0, 0.0), (1, 400.0))), weak)
     go(heavy, 2560, 500.0)
     assert heavy.grip is Grip.STALLED
-    assert heavy.load_ratio == 1.0
+    assert heavy.load_ratio() == 1.0
     assert heavy.rotor == 2559, "the force pushes it out of the zone"
     assert go(heavy, 9200, 201.0) == 2559
     go(heavy, 9200, 200.0)
@@ -89,25 +91,47 @@ def test_too_much_torque_leaves_the_rotor_behind_until_the_field_is_slow():
     assert heavy.lost_fullsteps < -90
 
 
-def test_the_critical_speed_is_where_the_torque_is_used_up():
+def test_a_rotor_lets_go_when_the_speed_uses_the_torque_up():
     free = axis(Carriage(mass_kg=1.0, friction_n=10.0))
     go(free, 10, 100.0, 5000.0)
-    critical = free.critical_speed()
+    critical = 100.0 + 5000.0 * free.delay_s()
     assert critical > MOTOR.corner_speed
     assert go(free, 20, critical * 0.999, 5000.0) == 20
     assert free.grip is Grip.FOLLOWING
-    assert free.load_ratio > 0.99
+    assert free.load_ratio() > 0.99
     go(free, 30, critical * 1.001, 5000.0)
     assert free.grip is Grip.STALLED
-    assert free.critical_speed() == MOTOR.start_speed
 
 
-def test_nothing_is_critical_at_constant_speed_or_without_current():
+def test_reversing_counts_the_friction_of_the_way_back():
+    free = axis(Carriage(mass_kg=1.0, friction_n=10.0))
+    go(free, 10, 100.0, 5000.0)
+    ahead = free.delay_s()
+    go(free, 10, -100.0, 5000.0)
+    assert free.delay_s() == pytest.approx(ahead + 200.0 / 5000.0)
+
+
+def test_a_stalled_rotor_waits_for_the_start_speed_and_a_blocked_one_for_rest():
+    stalled = axis(Carriage(friction_n=900.0))
+    go(stalled, 10, 900.0)
+    assert stalled.grip is Grip.STALLED
+    assert stalled.delay_s() == inf
+    go(stalled, 20, 900.0, -1000.0)
+    assert stalled.delay_s() == pytest.approx((900.0 - MOTOR.start_speed) / 1000.0)
+    go(stalled, 20, 900.0, 1000.0)
+    assert stalled.delay_s() == inf
+    blocked = axis(Carriage(high=0.0))
+    go(blocked, 1000, 300.0, -1000.0)
+    assert blocked.grip is Grip.BLOCKED
+    assert blocked.delay_s() == pytest.approx(0.3)
+
+
+def test_no_moment_is_awaited_at_constant_speed_or_without_current():
     free = axis()
     go(free, 10, 100.0)
-    assert free.critical_speed() is None
+    assert free.delay_s() == inf
     go(free, 10, 100.0, 10.0, current_ma=0.0)
-    assert free.critical_speed() is None
+    assert free.delay_s() == inf
 
 
 def test_less_current_loses_steps_earlier():
@@ -173,9 +197,9 @@ def test_power_on_starts_counting_losses_anew():
 def test_a_hand_on_the_shaft_adds_to_the_load():
     pushed = axis()
     go(pushed, 100, 100.0)
-    assert pushed.load_ratio == 0.0
+    assert pushed.load_ratio() == 0.0
     pushed.push_nm = 0.2
-    assert pushed.load_ratio == pytest.approx(0.5)
+    assert pushed.load_ratio() == pytest.approx(0.5)
     pushed.push_nm = 0.5
     go(pushed, 110, 100.0)
     go(pushed, 120, 300.0)

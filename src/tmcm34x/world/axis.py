@@ -12,7 +12,7 @@ Left out: resonances, the elastic angle between field and rotor, how long a fall
 from __future__ import annotations
 
 from enum import Enum
-from math import pi
+from math import inf, pi
 from typing import Final, NamedTuple
 
 from tmcm34x.clock import NEVER
@@ -90,7 +90,7 @@ class Axis:
         self._origin = self._nearest(0)
 
     def follow(self, now: int, field: Field) -> None:
-        """Take a field at clock `now`; to be called wherever `room`, `critical_speed` or the field asks for it."""
+        """Take a field at clock `now`; to be called wherever `room`, `delay_s` or a change of the field asks for it."""
         self.field = field
         if not field.current_ma:
             self._let_go(Grip.FREE)
@@ -123,7 +123,8 @@ class Axis:
             self.grip = Grip.BLOCKED
             return
         self.rotor = max(self.low, min(self.high, wanted))
-        if self._needed(field) > self.motor.torque(field.current_ma, abs(field.speed)):
+        needed = self._needed(field.speed, field.acceleration)
+        if needed > self.motor.torque(field.current_ma, abs(field.speed)):
             self._let_go(Grip.STALLED)
 
     def _nearest(self, angle: int) -> int:
@@ -153,38 +154,46 @@ class Axis:
     def _outer(self) -> float:
         return self._zones.torque(self.rotor) + self.push_nm
 
-    def _needed(self, field: Field) -> float:
-        """The torque that the motor must give at this moment [Nm]."""
-        needed = self._outer() + self._inertia * field.acceleration * self._radians
+    def _needed(self, speed: float, acceleration: float) -> float:
+        """The torque that the motor must give [Nm]; the sign of `speed` is that of the motion."""
+        needed = self._outer() + self._inertia * acceleration * self._radians
         friction = self.load.friction_nm
-        if field.speed:
-            return abs(needed + friction if field.speed > 0 else needed - friction)
+        if speed:
+            return abs(needed + friction if speed > 0 else needed - friction)
         return max(0.0, abs(needed) - friction)
 
-    @property
-    def load_ratio(self) -> float:
-        """Torque asked over torque there is, 0..1; 1 when the motor is out of step."""
+    def load_ratio(self, speed: float | None = None) -> float:
+        """Torque asked over torque there is, 0..1; 1 when the motor is out of step.
+
+        speed: the field's at this moment, if it is not the last one followed [full steps per second]
+        """
         if self.grip is Grip.FREE:
             return 0.0
         if self.grip is not Grip.FOLLOWING:
             return 1.0
         field = self.field
-        available = self.motor.torque(field.current_ma, abs(field.speed))
-        return min(1.0, self._needed(field) / available) if available else 1.0
+        speed = field.speed if speed is None else speed
+        available = self.motor.torque(field.current_ma, abs(speed))
+        return min(1.0, self._needed(speed, field.acceleration) / available) if available else 1.0
 
     # When something changes
 
-    def critical_speed(self) -> float | None:
-        """The speed (full steps per second, without sign) at which grip may change as things are, if any.
+    def delay_s(self) -> float:
+        """Seconds until the speed is such that the grip may change as things are; infinite if it never will.
 
-        A rotor in step loses it above; one out of step catches on below.
+        A rotor in step loses it above some speed; one out of step catches on below another.
         """
-        field = self.field
-        if not field.acceleration or self.grip is Grip.FREE:
-            return None
+        _, speed, acceleration, current_ma = self.field
+        if not acceleration or self.grip is Grip.FREE:
+            return inf
+        rising = speed if acceleration > 0 else -speed
         if self.grip is Grip.FOLLOWING:
-            return self.motor.pull_out_speed(field.current_ma, self._needed(field))
-        return 0.0 if self.grip is Grip.BLOCKED else self.motor.start_speed
+            limit = self.motor.pull_out_speed(current_ma, self._needed(acceleration, acceleration))
+        else:
+            limit = -self.motor.start_speed if self.grip is Grip.STALLED else 0.0
+            if rising >= 0:
+                return inf
+        return max(0.0, (limit - rising) / abs(acceleration))
 
     def room(self) -> tuple[int, int]:
         """The lowest and highest field angle at which nothing changes; beyond them `follow` must be called."""

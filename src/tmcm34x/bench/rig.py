@@ -1,0 +1,113 @@
+"""A bench at work: modules on one line, what hangs on them, and virtual time for all of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from heapq import heapify, heappop
+from typing import Final, NamedTuple
+
+from tmcm34x.bench.world import Fitting, World
+from tmcm34x.board.board import Board
+from tmcm34x.board.models import MODELS
+from tmcm34x.clock import NEVER
+from tmcm34x.firmware.module import INSTRUCTION_CLOCKS, Module
+from tmcm34x.firmware.storage import Eeprom
+from tmcm34x.world.axis import Axis
+from tmcm34x.world.load import Carriage
+from tmcm34x.world.motor import Motor
+
+FREE_SHAFT: Final = Carriage(mass_kg=0.0, friction_n=0.0)
+"""The load of a motor that nothing is fitted to; its position counts in millimetres of a 5 mm screw."""
+
+
+class Happening(NamedTuple):
+    """Something that a bench does by itself at clock `when`; `number` orders those of one clock."""
+
+    when: int
+    number: int
+    do: Callable[[], None]
+
+
+class Rig:
+    """Modules and their worlds as one `Part`.
+
+    modules: in the order of the bench file
+    worlds: what hangs on each
+    """
+
+    def __init__(self, worlds: Sequence[World], happenings: Iterable[Happening] = ()) -> None:
+        self.worlds = tuple(worlds)
+        self.modules = tuple(world.module for world in worlds)
+        self.now = 0
+        self._happenings = list(happenings)
+        heapify(self._happenings)
+        for world in self.worlds:
+            for listener in world.wires:
+                self.modules[listener].board.on_output.append(world.wire_changed)
+        self._settle()
+
+    def next_event(self) -> int:
+        """The next clock at which something could be noticed."""
+        due = self._happenings[0].when if self._happenings else NEVER
+        for world in self.worlds:
+            if world.dirty:
+                self._settle()
+                break
+        for world in self.worlds:
+            due = min(due, world.due, world.module.next_event())
+        return due
+
+    def advance(self, now: int) -> None:
+        """Bring modules and worlds to clock `now`."""
+        eventful = self.next_event() <= now
+        for module in self.modules:
+            module.advance(now)
+        self.now = now
+        if eventful:
+            while self._happenings and self._happenings[0].when <= now:
+                heappop(self._happenings).do()
+            self._settle()
+
+    def _settle(self) -> None:
+        """Bring the worlds to the modules' clock; what one does may concern another."""
+        for world in self.worlds:
+            world.settle(self.now)
+        while any(world.dirty for world in self.worlds):
+            for world in self.worlds:
+                if world.dirty:
+                    world.settle(self.now)
+
+    @property
+    def line_powered(self) -> bool:
+        """Whether any module is switched on."""
+        return any(module.powered for module in self.modules)
+
+
+def simple_rig(
+    model: int = 343,
+    eeprom: Eeprom | None = None,
+    *,
+    seed: int = 0,
+    address: int | None = None,
+    host_address: int | None = None,
+    instruction_clocks: int = INSTRUCTION_CLOCKS,
+) -> Rig:
+    """A powered module with bare motors and no switches.
+
+    model: 341, 342 or 343
+    eeprom: its memory, a new one unless given
+    seed: of the random numbers
+    address, host_address: written into the memory if given
+    instruction_clocks: time of one instruction of a stand-alone program
+    """
+    module = Module(
+        Board(MODELS[model], seed=seed),
+        eeprom or Eeprom(model),
+        seed=seed,
+        instruction_clocks=instruction_clocks,
+        address=address,
+        host_address=host_address,
+    )
+    world = World(module, [Fitting(Axis(Motor(), FREE_SHAFT)) for _ in range(3)])
+    module.power_on()
+    return Rig([world])
