@@ -28,6 +28,7 @@ class CanPort:
     def __init__(self, module: Module, send: Callable[[int, bytes], None]) -> None:
         self.module = module
         self.send = send
+        self._reply_address = (0, 0)
 
     @property
     def bit_rate(self) -> int:
@@ -50,14 +51,19 @@ class CanPort:
             return
         if module.observer is not None:
             module.observer.telegram(self, "in", data, module.now)
+        self._take_address()
         module.command(self, unpack_can_request(data), len(data))
         if module.touched:
             module.settle()
 
+    def _take_address(self) -> None:
+        """A reply goes out as things were before its command (fidelity FW-88)."""
+        settings = self.module.eeprom.global_values
+        self._reply_address = settings[70], settings[71] & 0xFF
+
     def answer(self, status: int, number: int, value: int, size: int) -> None:
         """Send a reply in the normal form."""
-        address = self.module.eeprom.global_values[71] & 0xFF
-        self.deliver(pack_can_reply(Reply(0, address, status, number, value), size))
+        self.deliver(pack_can_reply(Reply(0, self._reply_address[1], status, number, value), size))
 
     def answer_text(self, text: bytes, size: int) -> None:
         """Send the version; its eighth character needs a frame of eight bytes (manual 6.7.36)."""
@@ -69,6 +75,7 @@ class CanPort:
 
     def target_reached(self, mask: int, size: int) -> None:
         """Send the second reply of command 138."""
+        self._take_address()
         self.answer(int(Status.POSITION_REACHED), 138, mask, size)
 
     def deliver(self, data: bytes) -> None:
@@ -78,4 +85,4 @@ class CanPort:
             return
         if module.observer is not None:
             module.observer.telegram(self, "out", data, module.now)
-        self.send(module.eeprom.global_values[70], data)
+        self.send(self._reply_address[0], data)
