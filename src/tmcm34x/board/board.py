@@ -189,6 +189,10 @@ class Board:
         """Have IN_n driven by something that is asked for its level 0..1023 when it is read, or take it away."""
         self._sources[n] = source
 
+    def steady(self, n: int) -> bool:
+        """Whether IN_n keeps its level until the world tells of a change."""
+        return self._sources[n] is None
+
     def set_shutdown(self, level: int) -> None:
         """Drive the SHUTDOWN pin low (0) or high (1)."""
         if level != self._shutdown:

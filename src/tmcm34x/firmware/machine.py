@@ -262,6 +262,10 @@ class Machine:
         self._fast.clear()
         self._reach.clear()
 
+    def is_foreign(self, address: int) -> bool:
+        """Whether a foreign command is known to stand at `address`."""
+        return bool(self._single) and self._single[address] is _foreign
+
     def run(self, registers: Registers, count: int) -> int:
         """Execute register commands, at most `count`; give back how many there were.
 

@@ -21,6 +21,7 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from tmcm34x.board.board import INPUTS
 from tmcm34x.clock import MS, NEVER
 from tmcm34x.firmware.machine import ERROR_FLAGS, Machine, Registers
 from tmcm34x.firmware.motion import A_ACTUAL, V_ACTUAL, V_TARGET
@@ -50,12 +51,13 @@ _WAIT: Final = BY_MNEMONIC["WAIT"].number
 _WAITS: Final = dict(WAIT_TYPES)
 _GAP: Final = BY_MNEMONIC["GAP"].number
 _GGP: Final = BY_MNEMONIC["GGP"].number
+_GIO: Final = BY_MNEMONIC["GIO"].number
 _GCO: Final = BY_MNEMONIC["GCO"].number
 _RFS: Final = BY_MNEMONIC["RFS"].number
 _RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
 _PROGRAM_ONLY: Final = frozenset(row.number for row in BY_MNEMONIC.values() if "direct" not in row.where)
 _READING: Final = frozenset(row.number for row in BY_MNEMONIC.values() if "reads" in row.where)
-_POLLS: Final = frozenset(BY_MNEMONIC[name].number for name in ("GIO", "GCO", "SIO"))
+_POLLS: Final = frozenset(BY_MNEMONIC[name].number for name in ("GCO", "SIO"))
 """Commands that change nothing when repeated before anything else happens."""
 _SETTINGS: Final = frozenset(
     row.number for row in axis_parameters.AXIS_PARAMETERS if row.stored or row.key in {
@@ -76,9 +78,7 @@ _RESTLESS_GLOBALS: Final = frozenset(
     }
 )  # fmt: skip
 """Global parameters that change by themselves."""
-_PROBE: Final = 128
-"""Register commands that are searched for a cycle."""
-_SHORT_RUN: Final = 64
+_SHORT_RUN: Final = 128
 _LONG_RUN: Final = 1 << 16
 """Register commands run ahead at a time: at first, and when nobody ever comes between."""
 
@@ -328,7 +328,7 @@ class Program:
 
     def next_event(self) -> int:
         """The next clock at which somebody else could notice what the program does."""
-        if not self.active:
+        if not self.state:
             return NEVER
         if self._wait is not None:
             return self._module.now + 1 if self._pins_changed else self._wait.limit
@@ -344,7 +344,7 @@ class Program:
 
     def advance(self, now: int) -> None:
         """Execute everything that is due up to `now`; the module's chips and pins are already there."""
-        if not self.active:
+        if not self.state:
             return
         if self._cycle is not None:
             self._catch_up(self._cycle, now)
@@ -505,32 +505,36 @@ class Program:
 
     def _look_ahead(self) -> int:
         """Find the next event by running register commands on a copy."""
-        ahead, machine, clocks = self._ahead, self._machine, self._module.instruction_clocks
-        ahead.assign(self.registers)
-        if not self._probed:
-            done, contents, period = machine.find_cycle(ahead, _PROBE)
-            if period:
-                start, executed = self._due + done * clocks, self.executed + done
-                self._cycle = _Cycle(contents, start, executed, period * clocks, period, ())
-                return NEVER
-            self._probed = done == _PROBE
-        else:
-            if not machine.reaches_foreign(ahead.counter, ahead.stack):
-                return NEVER
+        machine, clocks, counter = self._machine, self._module.instruction_clocks, self.registers.counter
+        done = 0
+        if not machine.is_foreign(counter):
+            ahead = self._ahead
+            ahead.assign(self.registers)
             done = machine.run(ahead, self._run)
+            if done == self._run and not self._probed:
+                self._probed = True
+                ahead.assign(self.registers)
+                done, contents, period = machine.find_cycle(ahead, self._run)
+                if period:
+                    start, executed = self._due + done * clocks, self.executed + done
+                    self._cycle = _Cycle(contents, start, executed, period * clocks, period, ())
+                    return NEVER
+            if done == self._run and not machine.reaches_foreign(counter, self.registers.stack):
+                return NEVER
         self._ahead_commands = done
         self._ahead_until = self._due + done * clocks
         return self._ahead_until
 
     def _commit(self, now: int) -> None:
         """Take over what was run ahead, if nobody came between, and run ahead farther or less far in future."""
-        if now == self._ahead_until:
+        if now != self._ahead_until:
+            self._run = max(self._run // 2, _SHORT_RUN)
+        elif self._ahead_commands:
+            if self._ahead_commands == self._run:
+                self._run = min(2 * self._run, _LONG_RUN)
             self.registers.assign(self._ahead)
             self.executed += self._ahead_commands
             self._due = now
-            self._run = min(2 * self._run, _LONG_RUN)
-        else:
-            self._run = max(self._run // 2, _SHORT_RUN)
         self._ahead_until = 0
 
     # Polling
@@ -544,6 +548,9 @@ class Program:
             return type_ not in _RESTLESS_GLOBALS
         if number == _RFS:
             return type_ == _RFS_STATUS
+        if number == _GIO:
+            lines = (type_,) if type_ < INPUTS else range(INPUTS)
+            return all(map(self._module.board.steady, lines))
         return number in _POLLS
 
     def _steady(self, parameter: int, motor: int) -> bool:
