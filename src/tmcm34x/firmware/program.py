@@ -332,7 +332,7 @@ class Program:
             return NEVER
         if self._wait is not None:
             return self._module.now + 1 if self._pins_changed else self._wait.limit
-        if self._watched:
+        if self._watched or self.state is State.STEP:
             self.wake()
             return self._due
         if self._pins_changed:
