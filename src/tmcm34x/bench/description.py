@@ -13,14 +13,11 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
+from tmcm34x.bench.rig import BenchError
 from tmcm34x.chips.tmc246 import FAULTS
 from tmcm34x.world.load import Carriage as CarriageLoad
 from tmcm34x.world.load import Turntable as TurntableLoad
 from tmcm34x.world.motor import Motor as MotorModel
-
-
-class BenchError(ValueError):
-    """A bench file that cannot be built; one line, with the path into the file."""
 
 
 class Struct(msgspec.Struct, forbid_unknown_fields=True, frozen=True):

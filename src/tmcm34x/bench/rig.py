@@ -20,6 +20,10 @@ FREE_SHAFT: Final = Carriage(mass_kg=0.0, friction_n=0.0)
 """The load of a motor that nothing is fitted to; its position counts in millimetres of a 5 mm screw."""
 
 
+class BenchError(ValueError):
+    """A bench file that cannot be built; one line, with the path into the file."""
+
+
 class Happening(NamedTuple):
     """Something that a bench does by itself at clock `when`; `number` orders those of one clock."""
 
@@ -41,9 +45,6 @@ class Rig:
         self.now = 0
         self._happenings = list(happenings)
         heapify(self._happenings)
-        for world in self.worlds:
-            for listener in world.wires:
-                self.modules[listener].board.on_output.append(world.wire_changed)
         self._settle()
 
     def next_event(self) -> int:
@@ -76,11 +77,6 @@ class Rig:
             for world in self.worlds:
                 if world.dirty:
                     world.settle(self.now)
-
-    @property
-    def line_powered(self) -> bool:
-        """Whether any module is switched on."""
-        return any(module.powered for module in self.modules)
 
 
 def simple_rig(

@@ -9,7 +9,7 @@ the module asks for them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from math import ceil
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -73,6 +73,14 @@ class Fitting:
     sign: int = 1
     max_current_ma: float = 1100.0
     step: int = 4
+
+
+class Disc(NamedTuple):
+    """An encoder on a shaft: see `world.shaft.Encoder`."""
+
+    lines: int
+    slip: float = 0.0
+    null_level: int | None = 1
 
 
 class Mount:
@@ -233,51 +241,48 @@ class Mount:
         )
 
 
-@dataclass
 class World:
-    """What hangs on `module`.
+    """What hangs on `module`: an axis on each motor, and what `connect` and `attach_encoders` add."""
 
-    inputs: sources of IN_0..IN_7 and, as number 8, SHUTDOWN
-    """
-
-    module: Module
-    fittings: Sequence[Fitting]
-    inputs: Mapping[int, Source] = field(default_factory=dict[int, Source])
-    wires: frozenset[int] = frozenset()
-    """Indices of the modules whose outputs reach SHUTDOWN here."""
-    encoder_select: int | None = None
-    encoders: Mapping[int, tuple[int, float, int | None]] = field(
-        default_factory=dict[int, tuple[int, float, int | None]]
-    )
-
-    def __post_init__(self) -> None:
-        board = self.module.board
-        self.mounts = tuple(Mount(self.module, motor, fitting) for motor, fitting in enumerate(self.fittings))
-        self._by_wiring = {board.wiring(mount.motor): mount for mount in self.mounts}
+    def __init__(self, module: Module, fittings: Sequence[Fitting]) -> None:
+        board = module.board
+        self.module = module
+        self.mounts = tuple(Mount(module, motor, fitting) for motor, fitting in enumerate(fittings))
         self.dirty = True
         """Whether something happened that must be looked at before time goes on."""
         self.due = NEVER
         """The clock at which `settle` must be called whatever the module does."""
-        self._sources: dict[int, Source] = dict(self.inputs)
-        self._overrides: dict[int, Source] = {}
         self.encoder_chip: Tmc423 | None = None
-        if self.encoder_select is not None:
-            self.encoder_chip = Tmc423([self._shaft(motor) for motor in range(len(self.mounts))])
-            board.attach_spi(self.encoder_select, self.encoder_chip)
+        self._by_wiring = {board.wiring(mount.motor): mount for mount in self.mounts}
+        self._sources: dict[int, Source] = {}
+        self._overrides: dict[int, Source] = {}
         for index, chip in enumerate(board.chips):
             chip.plan_changed = partial(self._plan_changed, index)
             chip.restarted = partial(self._restarted, index)
         board.on_current.append(self._current_changed)
-        for number in range(SHUTDOWN):
-            if number in self._sources:
-                board.attach_analog(number, partial(self.level, number))
 
-    def _shaft(self, motor: int) -> Encoder | None:
-        if motor not in self.encoders:
-            return None
-        lines, slip, null_level = self.encoders[motor]
-        mount = self.mounts[motor]
-        return Encoder(mount.rotor, mount.axis.motor, lines, slip=slip, null_level=null_level)
+    def connect(self, number: int, source: Source) -> None:
+        """Drive input 0..7, or SHUTDOWN as number 8."""
+        self._sources[number] = source
+        self._attach(number)
+
+    def _attach(self, number: int) -> None:
+        if number != SHUTDOWN:
+            self.module.board.attach_analog(number, partial(self.level, number))
+        self.dirty = True
+
+    def attach_encoders(self, select: int, encoders: Mapping[int, Disc]) -> None:
+        """Put a TMCM-323 on select line 0..2 that reads encoders on the shafts of motors."""
+        shafts = [
+            self._shaft(mount, encoders[mount.motor]) if mount.motor in encoders else None
+            for mount in self.mounts
+        ]
+        self.encoder_chip = Tmc423(shafts)
+        self.module.board.attach_spi(select, self.encoder_chip)
+
+    @staticmethod
+    def _shaft(mount: Mount, disc: Disc) -> Encoder:
+        return Encoder(mount.rotor, mount.axis.motor, disc.lines, slip=disc.slip, null_level=disc.null_level)
 
     # Told by the board
 
@@ -301,7 +306,7 @@ class World:
         mount.dirty = self.dirty = True
 
     def wire_changed(self, outputs: int) -> None:
-        """An output that is wired to SHUTDOWN may have changed."""
+        """An output that is wired to an input here has changed."""
         del outputs
         self.dirty = True
 
@@ -340,9 +345,7 @@ class World:
             self._overrides.pop(number, None)
         else:
             self._overrides[number] = Constant(level)
-        if number != SHUTDOWN:
-            self.module.board.attach_analog(number, partial(self.level, number))
-        self.dirty = True
+        self._attach(number)
 
     def set_switch(self, motor: int, side: Side, active: bool | None) -> None:
         """Hold a switch line at a level, or let its switches work again."""
