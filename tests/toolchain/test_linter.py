@@ -177,3 +177,7 @@ def test_any_source_can_be_linted(text):
     for item in lint(assembly, model=342):
         assert item.code in RULES
         assert 1 <= item.location.line <= len(assembly.sources[item.location.file])
+
+
+def test_whole_tables_may_be_stored():
+    assert codes("STGP 7, 0\nRSGP 23, 0\nSTOP") == []

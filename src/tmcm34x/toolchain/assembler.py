@@ -69,6 +69,7 @@ class Assembly(NamedTuple):
     symbols: by upper-case name
     sources: the lines of each file, by its name, in the order of reading
     lines: each file's parsed lines, by its name
+    includes: the file that each `#include` took, by its own file and line
     """
 
     file: str
@@ -77,6 +78,7 @@ class Assembly(NamedTuple):
     diagnostics: tuple[Diagnostic, ...]
     sources: Mapping[str, list[str]]
     lines: Mapping[str, list[Line]]
+    includes: Mapping[tuple[str, int], str]
 
     @property
     def ok(self) -> bool:
@@ -152,6 +154,7 @@ class _Assembler:
         self.pending: list[_Pending] = []
         self.sources: dict[str, list[str]] = {}
         self.lines: dict[str, list[Line]] = {}
+        self.includes: dict[tuple[str, int], str] = {}
         self.open_files: list[str] = []
         self.suggestions = _SUGGESTIONS
         self.file = ""
@@ -168,7 +171,13 @@ class _Assembler:
         order = {name: index for index, name in enumerate(self.sources)}
         self.diagnostics.sort(key=lambda item: (order[item.location.file], *item.location[1:]))
         return Assembly(
-            file_name, tuple(code), self.symbols, tuple(self.diagnostics), self.sources, self.lines
+            file_name,
+            tuple(code),
+            self.symbols,
+            tuple(self.diagnostics),
+            self.sources,
+            self.lines,
+            self.includes,
         )
 
     # First pass
@@ -208,6 +217,7 @@ class _Assembler:
             reason = getattr(error, "strerror", None) or str(error)
             self.report("E501", start, end, f"cannot read {name}: {shown(reason)}")
             return
+        self.includes[self.file, self.number] = full_name
         if full_name in self.open_files:
             self.report("E502", start, end, f"{name} includes itself")
         elif full_name not in self.sources:

@@ -1,0 +1,69 @@
+"""`tmcm34x asm`: source to image, listing and symbol file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from tmcm34x.cli import CliError
+from tmcm34x.cli.source_files import (
+    assemble_file,
+    include_option,
+    is_hex,
+    model_option,
+    print_diagnostics,
+    write,
+)
+from tmcm34x.toolchain.image import pack_binary, pack_hex
+from tmcm34x.toolchain.linter import lint
+from tmcm34x.toolchain.listing import listing, symbol_file
+
+_PATH = click.Path(dir_okay=False, path_type=Path)
+
+
+@click.command()
+@click.argument("file", type=_PATH)
+@click.option("-o", "--output", type=_PATH, metavar="OUT", help="Image to write: .bin, or Intel HEX as .hex.")
+@include_option
+@click.option(
+    "--listing",
+    "listing_file",
+    type=_PATH,
+    metavar="FILE",
+    help="Write addresses and bytes beside the source.",
+)
+@click.option("--symbols", "symbols_file", type=_PATH, metavar="FILE", help="Write names with their values.")
+@click.option("--append-stop", is_flag=True, help="Put a STOP at the end unless there is one.")
+@model_option
+def command(
+    *,
+    file: Path,
+    output: Path | None,
+    include_path: tuple[Path, ...],
+    listing_file: Path | None,
+    symbols_file: Path | None,
+    append_stop: bool,
+    model: str,
+) -> int:
+    """Assemble FILE.
+
+    Without -o the image goes to FILE.bin. Mistakes go to standard error, all of them, and the exit status is 1;
+    warnings about parameters that the model does not have come along and change nothing.
+    """
+    assembly = assemble_file(file, include_path, append_stop=append_stop)
+    warnings = tuple(item for item in lint(assembly, model=int(model)) if item.code == "W302")
+    print_diagnostics((*assembly.diagnostics, *warnings), assembly.sources)
+    if not assembly.ok:
+        return 1
+    program = assembly.program
+    target = output or file.with_suffix(".bin")
+    if target.resolve() == file.resolve():
+        raise CliError(f"{target}: would overwrite the source; name the image with -o")
+    write(target, pack_hex(program).encode() if is_hex(target) else pack_binary(program))
+    if listing_file is not None:
+        write(listing_file, listing(assembly).encode())
+    if symbols_file is not None:
+        write(symbols_file, symbol_file(assembly).encode())
+    click.echo(f"{target}: {len(program)} instructions")
+    return 0

@@ -1,0 +1,31 @@
+"""`tmcm34x lint`: likely mistakes in sources."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from tmcm34x.cli.source_files import assemble_file, include_option, model_option, print_diagnostics
+from tmcm34x.toolchain import linter
+
+
+@click.command()
+@click.argument(
+    "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(dir_okay=False, path_type=Path)
+)
+@include_option
+@model_option
+def command(files: tuple[Path, ...], include_path: tuple[Path, ...], model: str) -> int:
+    """Point out likely mistakes in TMCL programs.
+
+    Errors, warnings and information go to standard error; the exit status is 1 when there are errors or warnings.
+    A comment `// lint: ignore W101` keeps a rule quiet on its line.
+    """
+    severities: set[str] = set()
+    for path in files:
+        assembly = assemble_file(path, include_path)
+        found = (*assembly.diagnostics, *linter.lint(assembly, model=int(model)))
+        print_diagnostics(found, assembly.sources)
+        severities.update(item.severity for item in found)
+    return 1 if severities - {"information"} else 0

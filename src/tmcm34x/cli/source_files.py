@@ -1,0 +1,107 @@
+"""Reading TMCL sources and images for commands, and telling what is wrong with them.
+
+The tool chain itself opens no files; what it needs to read comes through `include_reader`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+import click
+
+from tmcm34x.cli import CliError
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.toolchain.assembler import Assembly, IncludeReader, assemble
+from tmcm34x.toolchain.diagnostics import Diagnostic, render_all
+from tmcm34x.toolchain.image import ImageError, unpack_binary, unpack_hex
+from tmcm34x.toolchain.tokens import decode
+
+HEX_SUFFIXES: Final = frozenset({".hex", ".ihx", ".ihex"})
+MODELS: Final = ("341", "342", "343")
+_SOURCE_LIMIT: Final = 16 * 1024 * 1024
+"""Bytes of the largest file that is taken for a source or an image."""
+
+include_option = click.option(
+    "-I", "--include", "include_path", multiple=True, metavar="DIR",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Look for #include files here too; may be given several times.",
+)  # fmt: skip
+model_option = click.option(
+    "--model",
+    type=click.Choice(MODELS),
+    default="343",
+    show_default=True,
+    help="The module the program is for.",
+)
+
+
+def read_bytes(path: Path) -> bytes:
+    """The contents of a file; a `CliError` with one line where there are none."""
+    try:
+        if path.stat().st_size > _SOURCE_LIMIT:
+            raise CliError(f"{path}: larger than {_SOURCE_LIMIT >> 20} MB")
+        return path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise CliError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+
+
+def write(path: Path, data: bytes) -> None:
+    """Writes a file; a `CliError` with one line where that cannot be."""
+    try:
+        path.write_bytes(data)
+    except OSError as error:
+        raise CliError(f"{path}: {error.strerror}") from None
+
+
+def read_source(path: Path) -> str:
+    """The text of a source file."""
+    return decode(read_bytes(path))
+
+
+def read_image(path: Path) -> tuple[Instruction, ...]:
+    """The program in a binary image, or in an Intel HEX file by its suffix."""
+    data = read_bytes(path)
+    try:
+        return unpack_hex(data.decode("latin-1")) if is_hex(path) else unpack_binary(data)
+    except ImageError as error:
+        raise CliError(f"{path}: {error}") from None
+
+
+def is_hex(path: Path) -> bool:
+    """Whether the name says Intel HEX."""
+    return path.suffix.lower() in HEX_SUFFIXES
+
+
+def include_reader(include_path: Sequence[Path] = ()) -> IncludeReader:
+    """Finds `#include` files beside the including file and then along `include_path`."""
+
+    def read(name: str, from_file: str) -> tuple[str, str]:
+        name = name.replace("\\", "/")
+        for folder in (Path(from_file).parent, *include_path):
+            path = folder / name
+            if path.is_file():
+                if path.stat().st_size > _SOURCE_LIMIT:
+                    raise OSError(0, f"larger than {_SOURCE_LIMIT >> 20} MB")
+                return _short(path), decode(path.read_bytes())
+        raise FileNotFoundError(2, "no such file here or on the include path")
+
+    return read
+
+
+def assemble_file(path: Path, include_path: Sequence[Path] = (), *, append_stop: bool = False) -> Assembly:
+    """The assembly of a source file, its mistakes included; those are not printed."""
+    return assemble(read_source(path), _short(path), include_reader(include_path), append_stop=append_stop)
+
+
+def print_diagnostics(diagnostics: Iterable[Diagnostic], sources: Mapping[str, Sequence[str]]) -> None:
+    """Diagnostics with their source lines on standard error."""
+    click.echo(render_all(diagnostics, sources), err=True, nl=False)
+
+
+def _short(path: Path) -> str:
+    """The name by which a file is known, the same for each way to it."""
+    resolved = path.resolve()
+    here = Path.cwd()
+    return str(resolved.relative_to(here) if resolved.is_relative_to(here) else resolved)

@@ -1,0 +1,55 @@
+"""Listing and symbol file of an assembly, as text.
+
+A listing has a line for each source line, included files in their place:
+
+    address  image                    line  source
+    0000     04 00 00 00 00 27 10 3b     1  Loop: MVP ABS, 0, 10000
+
+A symbol file has a line for each name, with tabs between its columns (fidelity TOOL-11).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tmcm34x.tmcl.datagram import pack_record
+from tmcm34x.toolchain.assembler import Assembly, Code
+from tmcm34x.toolchain.parser import Include
+
+_HEAD = "address  image                    line  source"
+
+
+def listing(assembly: Assembly) -> str:
+    """The source of `assembly` with addresses and bytes beside it."""
+    codes: dict[tuple[str, int], tuple[int, Code]] = {
+        code.location[:2]: (address, code) for address, code in enumerate(assembly.code)
+    }
+    lines = [_HEAD]
+    for file, number in _source_lines(assembly, assembly.file, {assembly.file}):
+        entry = codes.get((file, number))
+        address = f"{entry[0]:04}" if entry else ""
+        instruction = entry[1].instruction if entry else None
+        image = pack_record(instruction).hex(" ") if instruction else ""
+        lines.append(f"{address:<7}  {image:<23}  {number:>4}  {assembly.sources[file][number - 1]}".rstrip())
+    return "".join(f"{line}\n" for line in lines)
+
+
+def symbol_file(assembly: Assembly) -> str:
+    """Labels with their addresses and constants with their values, in the order of definition."""
+    lines = [
+        f"{symbol.kind}\t{symbol.name}\t{symbol.value:.15g}\t{symbol.definition.file}:{symbol.definition.line}\n"
+        for symbol in assembly.symbols.values()
+    ]
+    return "".join(lines)
+
+
+def _source_lines(assembly: Assembly, file: str, seen: set[str]) -> Iterator[tuple[str, int]]:
+    for number, line in enumerate(assembly.lines[file], 1):
+        if number == len(assembly.lines[file]) and not assembly.sources[file][-1]:
+            return
+        yield file, number
+        if isinstance(line.statement, Include):
+            included = assembly.includes.get((file, number))
+            if included is not None and included not in seen:
+                seen.add(included)
+                yield from _source_lines(assembly, included, seen)

@@ -1,0 +1,201 @@
+"""`tmcm34x asm`, `dis`, `fmt` and `lint` on real files."""
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from tmcm34x.cli import group
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.toolchain.image import pack_binary, unpack_binary, unpack_hex
+
+GOOD = "Speed = 500                     // fast\nLoop:   ROR   0, Speed\n        JA    Loop\n"
+IMAGE = pack_binary([Instruction(1, 0, 0, 500), Instruction(22)])
+
+
+@pytest.fixture
+def call(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def invoke(*arguments):
+        result = CliRunner().invoke(group, [str(a) for a in arguments], standalone_mode=False)
+        if result.exception is not None and not hasattr(result.exception, "exit_code"):
+            raise result.exception
+        status = getattr(result.exception, "exit_code", result.return_value or 0)
+        message = result.exception.format_message() if result.exception is not None else ""
+        return status, result.stdout, result.stderr + message
+
+    return invoke
+
+
+def put(name, text):
+    path = Path(name)
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return path
+
+
+def test_asm_writes_the_image_beside_the_source(call):
+    status, out, err = call("asm", put("go.tmc", GOOD))
+    assert (status, err) == (0, "")
+    assert out == "go.bin: 2 instructions\n"
+    assert Path("go.bin").read_bytes() == IMAGE
+
+
+def test_asm_writes_intel_hex_by_the_suffix(call):
+    assert call("asm", put("go.tmc", GOOD), "-o", "out.hex")[0] == 0
+    assert unpack_hex(Path("out.hex").read_text()) == unpack_binary(IMAGE)
+
+
+def test_asm_tells_every_mistake_with_its_line_and_a_caret(call):
+    status, out, err = call("asm", put("bad.tmc", "ROR 0, 0x10\n\tMPV ABS, 0, 1\r\nVECT 1"))
+    assert (status, out) == (1, "")
+    assert err == (
+        "bad.tmc:1:8: error[E102]: 0x10 is not a number; hexadecimal numbers are written $10\n"
+        "  ROR 0, 0x10\n         ^~~~\n"
+        "bad.tmc:2:2: error[E201]: no command MPV; did you mean MVP?\n"
+        "   MPV ABS, 0, 1\n   ^~~\n"
+        "bad.tmc:3:1: error[E202]: VECT (command 37) belongs to other TMCL firmware; a TMCM-34x does not have it\n"
+        "  VECT 1\n  ^~~~\n"
+    )
+    assert not Path("bad.bin").exists()
+
+
+def test_asm_finds_includes_beside_the_file_and_on_the_path(call):
+    Path("sub").mkdir()
+    Path("lib").mkdir()
+    put("lib/names.inc", "Top = 700\n")
+    put("sub/near.inc", "#include names.inc\nROR 0, Top\n")
+    main = put("sub/main.tmc", "#include near.inc\n")
+    assert call("asm", main, "-I", "lib", "-o", "x.bin")[0] == 0
+    assert unpack_binary(Path("x.bin").read_bytes()) == (Instruction(1, 0, 0, 700),)
+    status, _, err = call("asm", main)
+    assert status == 1
+    assert "sub/near.inc:1:10: error[E501]: cannot read names.inc" in err
+
+
+def test_asm_refuses_files_that_include_themselves_by_another_way(call):
+    Path("sub").mkdir()
+    status, _, err = call("asm", put("a.tmc", "#include sub/../a.tmc\nSTOP"))
+    assert status == 1
+    assert "E502" in err
+
+
+def test_asm_appends_stop_on_request(call):
+    assert call("asm", put("go.tmc", "ROR 0, 5"), "--append-stop")[0] == 0
+    assert unpack_binary(Path("go.bin").read_bytes())[-1] == Instruction(28)
+
+
+def test_asm_knows_the_model(call):
+    put("go.tmc", "SAP 6, 0, 100")
+    assert call("asm", "go.tmc") == (0, "go.bin: 1 instructions\n", "")
+    status, _, err = call("asm", "go.tmc", "--model", "342")
+    assert status == 0
+    assert "go.tmc:1:5: warning[W302]" in err
+
+
+def test_a_symbol_file_names_labels_and_constants(call):
+    call("asm", put("go.tmc", GOOD), "--symbols", "go.sym")
+    assert Path("go.sym").read_text() == "constant\tSpeed\t500\tgo.tmc:1\nlabel\tLoop\t0\tgo.tmc:2\n"
+
+
+def test_a_listing_shows_addresses_and_bytes_beside_the_source(call):
+    put("names.inc", "Sub: RSUB\n")
+    call("asm", put("go.tmc", f"{GOOD}#include names.inc\n#include names.inc\n"), "--listing", "go.lst")
+    assert Path("go.lst").read_text() == (
+        "address  image                    line  source\n"
+        "                                     1  Speed = 500                     // fast\n"
+        "0000     01 00 00 00 00 01 f4 f6     2  Loop:   ROR   0, Speed\n"
+        "0001     16 00 00 00 00 00 00 16     3          JA    Loop\n"
+        "                                     4  #include names.inc\n"
+        "0002     18 00 00 00 00 00 00 18     1  Sub: RSUB\n"
+        "                                     5  #include names.inc\n"
+    )
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("asm", "none.tmc"), ("asm", "."), ("dis", "none.bin"), ("fmt", "none.tmc"), ("lint", "none.tmc"), ("asm",),
+     ("asm", "go.bin"), ("asm", "go.tmc", "--model", "140"), ("dis", "go.tmc"), ("dis", "go.hex"), ("fmt",),
+     ("asm", "go.tmc", "-o", "no/where.bin")],
+)  # fmt: skip
+def test_wrong_files_and_options_give_status_2(call, arguments):
+    put("go.tmc", "STOP")
+    put("go.bin", "STOP")
+    put("go.hex", "STOP")
+    status, out, err = call(*arguments)
+    assert (status, out) == (2, "")
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_asm_never_overwrites_its_source(call):
+    put("go.bin", "STOP")
+    assert call("asm", "go.bin", "-o", "./go.bin")[0] == 2
+    assert Path("go.bin").read_text() == "STOP"
+
+
+def test_dis_writes_source_that_assembles_to_the_image(call):
+    put("go.bin", IMAGE + pack_binary([Instruction(37, 1, 2, 3), Instruction(0)]))
+    status, out, err = call("dis", "go.bin")
+    assert (status, err) == (0, "")
+    assert out.splitlines()[:2] == ["L0:     ROR   0, 500", "        JA    L0"]
+    assert call("dis", "go.bin", "-o", "back.tmc")[:2] == (0, "")
+    call("asm", "back.tmc", "-o", "again.bin")
+    assert Path("again.bin").read_bytes() == Path("go.bin").read_bytes()
+    assert "DATA 0," not in call("dis", "go.bin", "--end-mark")[1]
+
+
+def test_dis_refuses_a_damaged_image_with_the_offset(call):
+    put("go.bin", IMAGE[:-3])
+    status, _, err = call("dis", "go.bin")
+    assert status == 2
+    assert "go.bin: offset 8: truncated" in err
+
+
+def test_fmt_writes_only_what_changes(call):
+    put("tidy.tmc", GOOD)
+    put("wild.tmc", "loop:ror 0,1//x\nja loop")
+    assert call("fmt", "--check", "tidy.tmc", "wild.tmc")[0] == 1
+    assert Path("wild.tmc").read_text() == "loop:ror 0,1//x\nja loop"
+    status, out, _ = call("fmt", "tidy.tmc", "wild.tmc")
+    assert (status, out) == (0, "wild.tmc: formatted\n")
+    assert call("fmt", "--check", "tidy.tmc", "wild.tmc") == (0, "", "")
+
+
+def test_fmt_puts_what_it_read_as_latin_1_into_utf_8(call):
+    put("old.tmc", "STOP // größer\n".encode("latin-1"))
+    call("fmt", "old.tmc")
+    assert Path("old.tmc").read_text() == "        STOP                    // größer\n"
+
+
+def test_lint_tells_findings_with_status_1(call):
+    put("go.tmc", "ROR 5, 1\nSTOP")
+    status, out, err = call("lint", "go.tmc")
+    assert (status, out) == (1, "")
+    assert err.startswith("go.tmc:1:5: warning[W303]: no motor 5")
+    put("fine.tmc", GOOD)
+    assert call("lint", "fine.tmc") == (0, "", "")
+    put("info.tmc", "Unused = 5\nSTOP")
+    status, _, err = call("lint", "info.tmc", "fine.tmc")
+    assert status == 0
+    assert "information[W401]" in err
+
+
+def test_rubbish_is_never_a_traceback(call):
+    rubbish = [
+        bytes(range(256)) * 40,
+        b"\0" * 1000,
+        "\ufeffSTOP".encode("utf-16-le"),
+        b"(" * 1_000_000,
+        b"A" * 1_000_000,
+        b"\r" * 1000,
+        b"ROR 0, " + b"9" * 1_000_000,
+        b" " * 1_000_000 + b"STOP",
+        b"#include \0\nSTOP",
+        b"#include ..\n",
+    ]
+    for number, data in enumerate(rubbish):
+        put("x.tmc", data)
+        for name in ("asm", "lint", "fmt"):
+            status, _, err = call(name, "x.tmc")
+            assert status in (0, 1), number
+            assert max(map(len, err.splitlines()), default=0) < 400, number
