@@ -18,12 +18,12 @@ from tmcm34x.bench.rig import BenchError, Rig, simple_rig
 from tmcm34x.bench.world import AxisView, World
 
 if TYPE_CHECKING:
-    from tmcm34x.bench.build import build, load
+    from tmcm34x.bench.builder import build, load
 
 __all__ = ["AxisView", "BenchError", "Rig", "World", "build", "load", "simple_rig"]
 
 
 def __getattr__(name: str) -> Any:
     if name in {"build", "load"}:
-        return getattr(import_module("tmcm34x.bench.build"), name)
+        return getattr(import_module("tmcm34x.bench.builder"), name)
     raise AttributeError(name)
