@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Final
 
 from tmcm34x.chips.ramp import signed24
 from tmcm34x.clock import NEVER
-from tmcm34x.firmware.motion import MOTOR_FIELDS, X_ACTUAL
+from tmcm34x.firmware.motion import MOTOR_FIELDS, V_ACTUAL, X_ACTUAL
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.module import Module
@@ -96,7 +96,7 @@ class ReferenceSearch:
         if self.state is Search.GOING_RIGHT:
             return axis.right_switch
         if self.state is Search.GOING_TO_ZERO:
-            return axis.at_target
+            return axis.at_target and not axis.read(V_ACTUAL)
         return axis.left_switch is not (self.state is Search.LEAVING)
 
     def _take_next_stretch(self) -> None:
@@ -127,7 +127,7 @@ class ReferenceSearch:
         self._module.motion.rotate(self.motor, speed if rightward else -speed)
 
     def _set_zero(self, closed: int) -> None:
-        """Count from the middle of the two switching points, and go there."""
+        """Count from the middle of the two switching points, and go there, even if the switch is closed there."""
         axis = self._module.axes[self.motor]
         middle = closed + signed24(self._opened - closed) // 2
         if axis.values[193] != LEFT_SWITCH_ONLY:
@@ -136,6 +136,7 @@ class ReferenceSearch:
         axis.write(X_ACTUAL, here)
         if self._module.encoders.interface:
             self._module.encoders.preload(self.motor, here)
+        self._set_stops(right=axis.values[193] != LEFT_SWITCH_ONLY, left=False)
         self.state = Search.GOING_TO_ZERO
         self._module.motion.move_to(self.motor, 0)
 
