@@ -27,7 +27,7 @@ from tmcm34x.firmware.reference import ReferenceSearch
 from tmcm34x.firmware.serial import SerialPort
 from tmcm34x.firmware.storage import Eeprom, EepromError
 from tmcm34x.firmware.supervision import Supervision
-from tmcm34x.tmcl.commands import BOOT_KEY, COORDINATES, MOTORS
+from tmcm34x.tmcl.commands import BOOT_KEY, CONTROL_FUNCTIONS, COORDINATES, MOTORS
 from tmcm34x.tmcl.datagram import Instruction, pack_record
 from tmcm34x.tmcl.global_parameters import EEPROM_MAGIC
 from tmcm34x.tmcl.status import Status
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 INSTRUCTION_CLOCKS: Final = MS // 10
 """Time of one instruction of a program: an assumption of the right order of magnitude (fidelity FW-94)."""
 
-FIRST_CONTROL: Final = 128
+_CONTROL: Final = frozenset(row.number for row in CONTROL_FUNCTIONS)
 QUIT_DOWNLOAD: Final = 133
 BOOT: Final = 242
 
@@ -232,7 +232,9 @@ class Module:
         settings = self.eeprom.global_values
         self.address, self.host_address = settings[66], settings[76]
         self.pause, self.heartbeat = settings[75], settings[68]
-        self.supervision.pins_changed()
+        if not self.heartbeat:
+            self.supervision.heartbeat_due = NEVER
+        self.supervision.shutdown_changed()
         self.touched = True
 
     # Ports
@@ -268,7 +270,7 @@ class Module:
 
     def execute_in_program(self, instruction: Instruction) -> Result:
         """Execute a command of the stand-alone program; control functions are not for programs."""
-        if instruction.number >= FIRST_CONTROL:
+        if instruction.number in _CONTROL:
             return Status.NOT_AVAILABLE, instruction.value
         return self.dispatcher.execute(instruction)
 

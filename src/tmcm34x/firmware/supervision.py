@@ -96,11 +96,16 @@ class Supervision:
         self._reschedule()
 
     def pins_changed(self) -> None:
-        """A pin or its meaning changed: a switch that opened may set a motor in motion again, SHUTDOWN stop it."""
+        """The world changed a pin: a switch that opened may set a motor in motion again."""
         self.look_due = min(self.look_due, max([self._under_way(motor) for motor in range(MOTORS)]))
-        if self._module.eeprom.global_values[80]:
-            self.look_due = min(self.look_due, _next_grid(self._module.now))
         self._reschedule()
+        self.shutdown_changed()
+
+    def shutdown_changed(self) -> None:
+        """The SHUTDOWN pin or its meaning (global parameter 80) may have changed: looked at in the next period."""
+        if self._module.eeprom.global_values[80] or self.shut_down:
+            self.look_due = min(self.look_due, _next_grid(self._module.now))
+            self._reschedule()
 
     def settings_changed(self, motor: int) -> None:
         """An axis parameter that is watched here has a new value."""
