@@ -23,10 +23,10 @@ class Clockwork:
     """A bench whose only part ticks every `period` clocks; a tick takes `work_s` of the wall's time."""
 
     def __init__(self, wall, period=MS, work_s=0.0, ticks=NEVER):
-        self.modules = [SimpleNamespace(open_serial_port=self.open_serial_port, close_serial_port=self.close)]
+        self.ports = []
+        self.modules = [SimpleNamespace(open_serial_port=self.open_serial_port, ports=self.ports)]
         self.now = 0
         self.ticks = 0
-        self.ports = 0
         self.last = ticks
         self.heard = []
         self.wall, self.period, self.work_s = wall, period, work_s
@@ -42,13 +42,11 @@ class Clockwork:
             self.wall.time_s += self.work_s
 
     def open_serial_port(self, send, **options):
-        self.ports += 1
-        return SimpleNamespace(
-            receive=lambda data: (self.heard.append((self.now, data)), send(data)), ascii_mode=False
+        port = SimpleNamespace(
+            receive=lambda data: (self.heard.append((self.now, data)), port.send(data)), send=send
         )
-
-    def close(self, port):
-        self.ports -= 1
+        self.ports.append(port)
+        return port
 
 
 @pytest.fixture
@@ -106,10 +104,13 @@ def test_bytes_are_heard_at_the_time_when_they_come(wall):
 def test_a_client_that_has_gone_gets_nothing_and_costs_nothing(wall):
     rig = Clockwork(wall)
     server = Server(rig, monotonic=wall)
-    peer = server.connect("test", bytearray().extend)
-    assert rig.ports == 1
+    replies = bytearray()
+    peer = server.connect("test", replies.extend)
+    (port,) = rig.ports
     peer.disconnect()
-    assert rig.ports == 0
+    assert not rig.ports
+    port.send(b"late")
+    assert not replies
 
 
 def test_at_speed_0_the_events_run_and_then_time_rests(wall):

@@ -4,7 +4,9 @@ A link knows no protocol.  It waits for clients; for each one it asks `connect` 
 line and hands it what the client sends.  Wires are bound methods: the link gives `connect` its own `send`
 and gets a `Peer` back.
 
-Read in this order: this file, `memory`, `pty`, `tcp`, `serial`.
+Serial links carry bytes, CAN links frames; both kinds look alike otherwise.
+
+Read in this order: this file, `memory`, `pty`, `tcp`, `serial`, `slcan`, `can`.
 """
 
 from __future__ import annotations
@@ -45,6 +47,44 @@ class Link(Protocol):
     """How much later than its neighbour a byte of the same telegram may come through this kind of link."""
 
     async def open(self, connect: Connect) -> str:
+        """Begin to take clients; return the address that they use.
+
+        Raises `LinkError`.
+        """
+        ...
+
+    def close(self) -> None:
+        """Let go of all clients and of the address."""
+        ...
+
+
+SendFrame = Callable[[int, bytes], None]
+"""Takes identifier and data bytes of a CAN frame for the client."""
+
+
+class BusPeer(Protocol):
+    """The bus at which one client's CAN adapter is."""
+
+    def receive(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
+        """Take a frame that the client sends, at `bit_rate` bits per second; None is whatever the bus has."""
+        ...
+
+    def disconnect(self) -> None:
+        """The client is gone."""
+        ...
+
+
+ConnectBus = Callable[[str, SendFrame], BusPeer]
+"""Called by a CAN link for each new client, with a name for logs and a way to send."""
+
+
+class CanLink(Protocol):
+    """A place where CAN clients connect, on the running event loop."""
+
+    kind: str
+    """Word on the `ready` line."""
+
+    async def open(self, connect: ConnectBus) -> str:
         """Begin to take clients; return the address that they use.
 
         Raises `LinkError`.

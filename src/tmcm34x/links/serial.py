@@ -6,6 +6,7 @@ A port that goes away (a USB adapter pulled) is tried again once a second until 
 from __future__ import annotations
 
 import asyncio
+import os
 from typing import Final
 
 import serial
@@ -38,6 +39,8 @@ class SerialLink:
             self._start()
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
+            number = getattr(error, "errno", None)
+            reason = os.strerror(number) if number else str(error)
             raise LinkError(f"cannot open {self._device}: {reason}") from error
         return self._device
 

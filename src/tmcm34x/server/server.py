@@ -29,6 +29,12 @@ SLICE_S: Final = 0.0002
 MAX_LAG_S: Final = 1.0
 """A bench that lags more than this behind the wall clock gives up catching up: the time is lost."""
 
+TIME_OUT_S: Final = 0.005
+"""A partial telegram is dropped when the next bytes come later than this after the last ones (fidelity WIRE-3)."""
+_UNKNOWN: Final = -1
+"""The next event, when somebody may have touched the bench since it was asked for."""
+_OVER: Final = -1
+"""A receive time-out that has always passed."""
 _FAR_S: Final = 1e6
 """Longest sleep; the event loop takes no longer one."""
 
@@ -62,6 +68,7 @@ class Server:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._timer_s = 0.0
+        self._next = _UNKNOWN
 
     async def open(self, link: Link) -> str:
         """Serve clients of `link`; returns the address that they use.  Raises `LinkError`."""
@@ -92,12 +99,12 @@ class Server:
 
         Call it before anything that looks at the bench or touches it from outside, and `settle` afterwards.
         """
-        rig = self.rig
         target = self.pace.target()
-        if rig.next_event() <= target and not self._work(target):
+        when, self._next = self._next, _UNKNOWN
+        if when <= target and not self._work(target):
             return False
         if target < clock.NEVER:
-            rig.advance(target)
+            self.rig.advance(target)
         return True
 
     def settle(self) -> None:
@@ -105,7 +112,7 @@ class Server:
         for store in self._stores:
             if store.changed:
                 store.save_soon()
-        when = self.rig.next_event()
+        self._next = when = self.rig.next_event()
         if when < clock.NEVER and self._loop is not None:
             self._set_timer(self._loop, self.pace.due_s(when))
 
@@ -149,28 +156,51 @@ class Server:
         self.settle()
 
 
+def _ignore(_: bytes) -> None:
+    """What is sent to a client that has gone."""
+
+
 class _Line:
-    """The modules' end of one client's line: a port at each module, all of which hear every byte."""
+    """The modules' end of one client's line: a port at each module, all of which hear every byte.
+
+    A telegram that stops in the middle is given up after a time of the wall's, whatever the speed: it is the
+    client that does not go on.  So the ports' own time-out is always either far away or over.
+    """
 
     def __init__(self, server: Server, name: str, send: Send, latency_ms: int) -> None:
         self._server = server
+        self._monotonic = server.pace.monotonic
         self._log = server.log and server.log.line(name)
         self._send = send
         reply = send if self._log is None else self._log_and_send
         self._ports = [(module, module.open_serial_port(reply)) for module in server.rig.modules]
         self._receivers = tuple(port.receive for _, port in self._ports)
+        self._time_out_s = TIME_OUT_S + latency_ms / 1000
+        self._last_s = 0.0
 
     def receive(self, data: bytes) -> None:
-        self._server.catch_up()
+        server = self._server
+        server.catch_up()
+        wall_s = self._monotonic()
+        late, self._last_s = wall_s - self._last_s > self._time_out_s, wall_s
+        if late:
+            self._set_time_out(_OVER)
         if self._log is not None:
-            self._log.add(self._server.rig.now, ">", data, text=self._speaks_ascii())
+            self._log.add(server.rig.now, ">", data, text=self._speaks_ascii())
         for receive in self._receivers:
             receive(data)
-        self._server.settle()
+        if late:
+            self._set_time_out(clock.NEVER)
+        server.settle()
+
+    def _set_time_out(self, clocks: int) -> None:
+        for _, port in self._ports:
+            port.time_out = clocks
 
     def disconnect(self) -> None:
         for module, port in self._ports:
-            module.close_serial_port(port)
+            port.send = _ignore
+            module.ports.remove(port)
 
     def _speaks_ascii(self) -> bool:
         return any(port.ascii_mode for _, port in self._ports)
