@@ -1,0 +1,94 @@
+"""The command line: a group of sub-commands, each imported only when it is called.
+
+A sub-command's module exports a click command named `command`.  Exit statuses: 0 done, 1 diagnostics about
+the user's files, 2 wrong usage or something the system refuses, with one line on standard error.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import import_module
+from typing import Final, NamedTuple
+
+import click
+
+from tmcm34x import __version__
+
+
+class SubCommand(NamedTuple):
+    """One row of `SUB_COMMANDS`."""
+
+    name: str
+    module: str
+    help: str
+
+
+SUB_COMMANDS: Final = (
+    SubCommand("serve", "tmcm34x.cli.serve", "Serve a virtual module on serial ports and sockets."),
+    SubCommand("asm", "tmcm34x.cli.asm", "Assemble a TMCL program."),
+    SubCommand("dis", "tmcm34x.cli.dis", "Turn a program image back into source."),
+    SubCommand("fmt", "tmcm34x.cli.fmt", "Lay TMCL source out in columns."),
+    SubCommand("lint", "tmcm34x.cli.lint", "Point out likely mistakes in TMCL programs."),
+)
+_BY_NAME: Final = {row.name: row for row in SUB_COMMANDS}
+
+
+class CliError(click.ClickException):
+    """Something that the user can mend: one line on standard error and exit status 2."""
+
+    exit_code = 2
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+        self.ctx = click.get_current_context(silent=True)
+
+
+class _Group(click.Group):
+    """Knows its sub-commands from the table and imports the one that is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return [row.name for row in SUB_COMMANDS]
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        row = _BY_NAME.get(cmd_name)
+        if row is None:
+            return None
+        command = import_module(row.module).command
+        assert isinstance(command, click.Command)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(row.name, row.help) for row in SUB_COMMANDS])
+
+
+@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="tmcm34x", message="%(prog)s %(version)s")
+def group() -> None:
+    """A software TMCM-341/342/343: three-axis stepper module, TMCL firmware V4.36, and its tools."""
+
+
+def main() -> None:
+    """Entry point of the command `tmcm34x`."""
+    try:
+        status = group.main(prog_name="tmcm34x", standalone_mode=False)
+    except click.ClickException as error:
+        sys.exit(_complain(error))
+    except (click.Abort, KeyboardInterrupt):
+        sys.exit(130)
+    except BrokenPipeError:
+        # Whoever read our output has enough; Python must not find that out again at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+    sys.exit(status if isinstance(status, int) else 0)
+
+
+def _complain(error: click.ClickException) -> int:
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
+        error.show()
+        return error.exit_code
+    context: click.Context | None = getattr(error, "ctx", None)
+    name = context.command_path if context else "tmcm34x"
+    click.echo(f"{name}: {error.format_message()}", err=True)
+    return max(error.exit_code, CliError.exit_code)

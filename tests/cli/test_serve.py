@@ -1,0 +1,315 @@
+"""`tmcm34x serve` as scripts and people use it."""
+
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tmcm34x.firmware.storage import Eeprom
+from tmcm34x.tmcl.datagram import Instruction, pack_request, unpack_reply
+
+COMMAND = Path(sys.executable).with_name("tmcm34x")
+
+
+class Socket:
+    """A client over TCP."""
+
+    def __init__(self, address):
+        host, port = address.rsplit(":", 1)
+        self.socket = socket.create_connection((host, int(port)), timeout=5)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
+
+    def ask(self, *fields, address=1):
+        self.socket.sendall(pack_request(address, Instruction(*fields)))
+        reply = b""
+        while len(reply) < 9:
+            chunk = self.socket.recv(9 - len(reply))
+            assert chunk, "hung up"
+            reply += chunk
+        return unpack_reply(reply)
+
+
+def refused(*options):
+    """The one line with which the command refuses to start."""
+    result = subprocess.run(
+        [COMMAND, "serve", *map(str, options)], capture_output=True, text=True, check=False, timeout=20
+    )
+    assert result.returncode == 2, result
+    assert result.stderr.count("\n") == 1, result.stderr
+    assert result.stderr.startswith("tmcm34x serve: ")
+    return result.stderr.removeprefix("tmcm34x serve: ").rstrip("\n")
+
+
+def test_each_link_has_its_ready_line(serve, tmp_path):
+    served = serve("--pty", tmp_path / "one", "--tcp", 0, "--pty", "--tcp", "localhost:0")
+    kinds, addresses = zip(*served.links, strict=True)
+    assert kinds == ("pty", "pty", "tcp", "tcp")
+    assert addresses[0] == str(tmp_path / "one")
+    assert addresses[1].startswith("/dev/pts/")
+    assert addresses[2].startswith("127.0.0.1:")
+
+
+def test_without_a_link_there_is_a_pseudo_terminal(serve):
+    assert serve().pty.startswith("/dev/pts/")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_it_stops_cleanly_on_signals(serve, tmp_path, number):
+    link = tmp_path / "module"
+    served = serve("--pty", link, "--eeprom", tmp_path / "memory")
+    assert link.is_char_device()
+    served.stop(number)
+    assert not link.is_symlink()
+
+
+def test_clients_on_all_links_see_one_module(serve):
+    served = serve("--tcp", 0, "--tcp", 0)
+    (_, first), (_, second) = served.links
+    with Socket(first) as a, Socket(second) as b, Socket(second) as c:
+        a.ask(9, 0, 2, 1234)
+        assert b.ask(10, 0, 2).value == c.ask(10, 0, 2).value == 1234
+
+
+def test_model_addresses_and_seed(serve):
+    def random_numbers(seed):
+        served = serve("--tcp", 0, "--model", 341, "--address", 7, "--host-address", 9, "--seed", seed)
+        with Socket(served.tcp) as client:
+            version = client.ask(136, 1, address=7)
+            assert (version.host, version.address) == (9, 7)
+            assert version.value.to_bytes(4, "big")[:2] == (341).to_bytes(2, "big")
+            return [client.ask(10, 133, 0, address=7).value for _ in range(3)]
+
+    assert random_numbers(5) == random_numbers(5) != random_numbers(6)
+
+
+def test_the_tick_timer_follows_the_speed(serve):
+    def virtual_ms(speed):
+        with Socket(serve("--tcp", 0, "--speed", speed).tcp) as client:
+            start_s, start = time.monotonic(), client.ask(10, 132, 0).value
+            time.sleep(0.2)
+            end, end_s = client.ask(10, 132, 0).value, time.monotonic()
+            return (end - start) / (end_s - start_s) / 1000
+
+    assert virtual_ms(1) == pytest.approx(1, rel=0.1)
+    assert virtual_ms(50) == pytest.approx(50, rel=0.1)
+
+
+def test_a_move_takes_its_time(serve, wait_for):
+    with Socket(serve("--tcp", 0).tcp) as client:
+        start_s = time.monotonic()
+        client.ask(4, 0, 0, 20_000)
+        assert wait_for(lambda: client.ask(6, 8, 0).value == 1)
+        assert 0.3 < time.monotonic() - start_s < 3
+        assert client.ask(6, 1, 0).value == 20_000
+
+
+def test_at_speed_0_a_move_is_over_at_once(serve, wait_for):
+    with Socket(serve("--tcp", 0, "--speed", 0).tcp) as client:
+        client.ask(4, 0, 0, 8_000_000)
+        start_s = time.monotonic()
+        assert wait_for(lambda: client.ask(6, 8, 0).value == 1)
+        assert time.monotonic() - start_s < 1
+        assert client.ask(6, 1, 0).value == 8_000_000
+
+
+def test_the_memory_outlives_the_process(serve, tmp_path):
+    path = tmp_path / "memory"
+    served = serve("--tcp", 0, "--eeprom", path)
+    assert Eeprom.from_bytes(path.read_bytes()).model == 343
+    with Socket(served.tcp) as client:
+        client.ask(9, 3, 2, 77)
+        client.ask(11, 3, 2)
+    served.stop()
+    assert [entry.name for entry in tmp_path.iterdir()] == ["memory"]
+    with Socket(serve("--tcp", 0, "--eeprom", path).tcp) as client:
+        assert client.ask(10, 3, 2).value == 77
+
+
+def test_the_image_is_written_soon_after_a_change(serve, tmp_path, wait_for):
+    path = tmp_path / "memory"
+    with Socket(serve("--tcp", 0, "--eeprom", path).tcp) as client:
+        client.ask(9, 68, 0, 4321)
+        assert wait_for(lambda: Eeprom.from_bytes(path.read_bytes()).global_values[68] == 4321, 2)
+
+
+def test_killed_at_any_point_it_leaves_a_whole_image(tmp_path):
+    path = tmp_path / "memory"
+    delays = random.Random(34)
+    values = []
+    for _ in range(6):
+        with (
+            subprocess.Popen(
+                [COMMAND, "serve", "--tcp", "0", "--eeprom", path], stdout=subprocess.PIPE, text=True
+            ) as process,
+            Socket(process.stdout.readline().split()[2]) as client,
+        ):
+            last = client.ask(10, 68, 0).value
+            values.append(last)
+            end = time.monotonic() + 0.05 + 0.1 * delays.random()
+            while time.monotonic() < end:
+                last = (last + 1) % 60_000
+                client.ask(9, 68, 0, last)
+            process.kill()
+        assert process.returncode == -signal.SIGKILL
+        Eeprom.from_bytes(path.read_bytes())
+    assert values == sorted(values)
+    assert values[-1] > 0
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"", "not an EEPROM image"),
+        (b"PK\x03\x04 something else", "not an EEPROM image"),
+        ("torn", "bytes instead"),
+    ],
+)
+def test_a_foreign_or_torn_image_is_refused_and_left_alone(tmp_path, content, reason):
+    path = tmp_path / "memory"
+    path.write_bytes(Eeprom().to_bytes()[:-100] if content == "torn" else content)
+    before = path.read_bytes()
+    line = refused("--tcp", 0, "--eeprom", path)
+    assert line.startswith(f"{path}: ")
+    assert reason in line
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_image_of_another_model_is_refused(tmp_path):
+    path = tmp_path / "memory"
+    path.write_bytes(Eeprom(342).to_bytes())
+    assert refused("--eeprom", path) == f"{path}: EEPROM image of a TMCM-342, not a TMCM-343"
+
+
+def test_an_image_in_use_is_refused(serve, tmp_path):
+    path = tmp_path / "memory"
+    serve("--eeprom", path)
+    assert refused("--eeprom", path) == f"{path}: in use by another process"
+
+
+def test_a_missing_folder_is_refused():
+    assert refused("--eeprom", "/no/such/folder/memory").startswith("/no/such/folder/memory: ")
+
+
+def test_a_port_in_use_is_refused(serve):
+    address = serve("--tcp", 0).tcp
+    assert refused("--tcp", address) == f"cannot listen on {address}: Address already in use"
+
+
+def test_a_link_path_that_is_taken_is_refused(tmp_path):
+    path = tmp_path / "module"
+    path.write_text("mine")
+    assert refused("--tcp", 0, "--pty", path) == f"{path} is already there"
+    assert path.read_text() == "mine"
+
+
+def test_a_missing_serial_port_is_refused():
+    assert refused("--serial", "/dev/no-such-port").startswith("cannot open /dev/no-such-port: ")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--model", 340),
+        ("--address", 256),
+        ("--host-address", -1),
+        ("--tcp", "nonsense"),
+        ("--tcp", "localhost:65536"),
+        ("--speed", -1),
+        ("--speed", "fast"),
+        ("--seed", "x"),
+        ("--instruction-time", 0),
+        ("--baud", 0),
+        ("--no-such-option",),
+        ("--log-telegrams", "/no/such/folder/log"),
+        ("--program", "/no/such/program.tmc"),
+        ("surplus",),
+    ],
+    ids=str,
+)
+def test_bad_values_are_refused(options):
+    assert refused(*options)
+
+
+def test_telegrams_are_written_down(serve, tmp_path):
+    path = tmp_path / "log"
+    served = serve("--tcp", 0, "--log-telegrams", path)
+    with Socket(served.tcp) as client:
+        client.ask(1, 0, 0, 350)
+        client.ask(6, 77, 1)
+    served.stop()
+    lines = path.read_text().splitlines()
+    assert [line.split(maxsplit=3)[3] for line in lines] == [
+        ">  01 01 00 00 00 00 01 5e 61  to 1: ROR 0, 350",
+        "<  02 01 64 01 00 00 01 5e c7  from 1: 100 successfully executed, value 350",
+        ">  01 06 4d 01 00 00 00 00 55  to 1: GAP 77, 1",
+        "<  02 01 03 06 00 00 00 00 0c  from 1: 3 wrong type, value 0",
+    ]
+
+
+def test_the_log_may_go_to_the_terminal(serve):
+    served = serve("--tcp", 0, "--log-telegrams", "-")
+    with Socket(served.tcp) as client:
+        client.ask(10, 66, 0)
+    assert "GGP 66, 0" in served.stop()
+
+
+def test_at_rest_it_takes_no_processor_time(serve):
+    served = serve("--tcp", 0, "--pty")
+    with Socket(served.tcp) as client:
+        client.ask(6, 1, 0)
+    before = cpu_s(served.process.pid)
+    time.sleep(0.5)
+    assert cpu_s(served.process.pid) - before <= 0.01
+
+
+def cpu_s(pid):
+    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def test_it_fits_into_45_megabytes(serve):
+    served = serve("--tcp", 0, "--pty")
+    status = Path(f"/proc/{served.process.pid}/status").read_text()
+    kib = next(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmRSS"))
+    assert kib * 1024 < 45e6
+
+
+PROGRAM = "Loop: SGP 5, 2, 99\n  WAIT TICKS, 0, 1\n  JA Loop\n"
+
+
+@pytest.mark.parametrize("image", [False, True])
+def test_a_program_is_stored_and_started(serve, tmp_path, wait_for, image):
+    path = tmp_path / "program.tmc"
+    path.write_text(PROGRAM)
+    if image:
+        subprocess.run([COMMAND, "asm", path], check=True, capture_output=True)
+        path = path.with_suffix(".bin")
+    memory = tmp_path / "memory"
+    served = serve("--tcp", 0, "--program", path, "--run", "--eeprom", memory)
+    with Socket(served.tcp) as client:
+        assert client.ask(135).value == 1
+        assert wait_for(lambda: client.ask(10, 5, 2).value == 99)
+    served.stop()
+    assert Eeprom.from_bytes(memory.read_bytes()).read_instruction(2) == Instruction(22)
+
+
+def test_a_program_with_mistakes_is_not_served(tmp_path):
+    path = tmp_path / "program.tmc"
+    path.write_text("MVP ABS, 0\n")
+    result = subprocess.run(
+        [COMMAND, "serve", "--program", path], capture_output=True, text=True, check=False, timeout=20
+    )
+    assert result.returncode == 1
+    assert "program.tmc:1:" in result.stderr

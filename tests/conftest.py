@@ -1,0 +1,77 @@
+"""What tests of several packages share."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+COMMAND = str(Path(sys.executable).with_name("tmcm34x"))
+
+
+class Served:
+    """A running `tmcm34x serve`; `links` are kind and address of its ready lines."""
+
+    def __init__(self, options):
+        self.process = subprocess.Popen(
+            [COMMAND, "serve", *map(str, options)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        expected = max(
+            1, sum(option in {"--pty", "--tcp", "--serial", "--slcan", "--can"} for option in options)
+        )
+        lines = [self.process.stdout.readline().split() for _ in range(expected)]
+        if [] in lines:
+            raise AssertionError(self.process.communicate()[1])
+        assert all(word == "ready" for word, *_ in lines), lines
+        self.links = [(kind, address) for _, kind, address in lines]
+
+    @property
+    def pty(self):
+        """Path of the pseudo terminal."""
+        return dict(self.links)["pty"]
+
+    @property
+    def tcp(self):
+        """`host:port` of the socket."""
+        return dict(self.links)["tcp"]
+
+    def stop(self, number=signal.SIGTERM):
+        """End the process; returns what it still had to say on standard output."""
+        self.process.send_signal(number)
+        output, errors = self.process.communicate(timeout=10)
+        assert (self.process.returncode, errors) == (0, "")
+        return output
+
+
+@pytest.fixture
+def serve():
+    """Call it with options of `tmcm34x serve`: starts the command and waits until its links are ready."""
+    running = []
+
+    def start(*options):
+        running.append(Served(options))
+        return running[-1]
+
+    yield start
+    for served in running:
+        if served.process.poll() is None:
+            served.stop()
+        served.process.stdout.close()
+        served.process.stderr.close()
+
+
+@pytest.fixture
+def wait_for():
+    """Call it with a condition and, perhaps, a time in seconds: waits until it holds, and says whether it does."""
+
+    def wait(condition, timeout_s=5.0):
+        end = time.monotonic() + timeout_s
+        while time.monotonic() < end:
+            if condition():
+                return True
+            time.sleep(0.002)
+        return condition()
+
+    return wait
