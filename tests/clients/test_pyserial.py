@@ -1,0 +1,91 @@
+"""A bare serial port: the bytes themselves."""
+
+import pytest
+import serial
+
+from tmcm34x.tmcl.datagram import Instruction, Reply, pack_reply, pack_request, unpack_reply
+
+GAP_1 = pack_request(1, Instruction(6, 1, 0))
+
+
+@pytest.fixture
+def port(serve):
+    """A pyserial port on the pseudo terminal of a fresh module."""
+    with serial.Serial(serve("--pty").pty, 9600, timeout=2) as port:
+        yield port
+
+
+def ask(port, instruction, address=1):
+    port.write(pack_request(address, instruction))
+    return unpack_reply(port.read(9))
+
+
+def test_the_manuals_first_example(port):
+    """Manual 6.7.1: ROR 0, 350 and its reply."""
+    port.write(bytes.fromhex("01 01 00 00 00 00 01 5e 61"))
+    assert port.read(9) == bytes.fromhex("02 01 64 01 00 00 01 5e c7")
+
+
+def test_the_version_string_has_no_tenth_byte(port):
+    port.write(pack_request(1, Instruction(136)))
+    assert port.read(9) == b"\x02343V4.36"
+    port.timeout = 0.05
+    assert port.read(1) == b""
+
+
+def test_a_wrong_checksum_is_answered_and_a_foreign_address_is_not(port):
+    port.write(GAP_1[:-1] + b"\x00")
+    assert unpack_reply(port.read(9)).status == 1
+    port.timeout = 0.05
+    port.write(pack_request(9, Instruction(6, 1, 0)))
+    assert port.read(1) == b""
+
+
+def test_half_a_telegram_is_forgotten(port):
+    port.write(GAP_1[:4])
+    port.timeout = 0.1
+    assert port.read(1) == b""
+    port.timeout = 2
+    assert ask(port, Instruction(6, 1, 0)) == Reply(2, 1, 100, 6, 0)
+
+
+def test_glued_telegrams_are_answered_one_by_one(port):
+    port.write(GAP_1 * 50)
+    assert port.read(9 * 50) == pack_reply(Reply(2, 1, 100, 6, 0)) * 50
+
+
+def test_a_telegram_may_come_byte_by_byte(port):
+    for byte in GAP_1:
+        port.write(bytes((byte,)))
+    assert unpack_reply(port.read(9)).status == 100
+
+
+def test_event_138_answers_twice(serve):
+    with serial.Serial(serve("--pty", "--speed", 10).pty, timeout=3) as port:
+        ask(port, Instruction(4, 0, 0, 8000))
+        assert ask(port, Instruction(138, 0, 0, 1)).status == 100
+        reached = unpack_reply(port.read(9))
+        assert (reached.status, reached.value) == (128, 1)
+        assert ask(port, Instruction(6, 1, 0)).value == 8000
+
+
+def test_clients_may_come_and_go(serve):
+    path = serve("--pty").pty
+    for position in (11, 22, 33):
+        with serial.Serial(path, timeout=2, exclusive=True) as port:
+            previous = ask(port, Instruction(6, 1, 0)).value
+            assert previous == position - 11
+            ask(port, Instruction(5, 1, 0, position))
+
+
+def test_a_client_that_leaves_within_a_telegram_does_no_harm(serve, wait_for):
+    path = serve("--pty").pty
+    with serial.Serial(path) as port:
+        port.write(GAP_1[:5])
+    with serial.Serial(path, timeout=0.2) as port:
+
+        def answered():
+            port.write(GAP_1)
+            return len(port.read(9)) == 9
+
+        assert wait_for(answered)

@@ -1,0 +1,127 @@
+"""The vendor's own host library, unmodified, against `tmcm34x serve`."""
+
+import pytest
+from pytrinamic.connections import ConnectionManager
+from pytrinamic.modules import TMCM3110
+from pytrinamic.tmcl import TMCLReplyStatusError
+
+SPEED = 20
+"""Virtual seconds per second: moves need not take long."""
+
+ACTUAL, SPEED_NOW, MAX_SPEED, MAX_ACCELERATION, REACHED = 1, 3, 4, 5, 8
+USER_BANK = 2
+
+
+@pytest.fixture(params=["serial_tmcl", "socket_serial_tmcl"])
+def interface(request, serve):
+    """A PyTrinamic connection to a fresh module."""
+    if request.param == "serial_tmcl":
+        port = serve("--pty", "--speed", SPEED).pty
+    else:
+        port = serve("--tcp", 0, "--speed", SPEED).tcp
+    with ConnectionManager(f"--interface {request.param} --port {port} --timeout 3").connect() as connection:
+        yield connection
+    if (sock := getattr(connection, "_socket", None)) is not None:
+        sock.close()
+
+
+def test_version_string(interface):
+    assert interface.get_version_string() == "343V4.36\x00"[:8]
+
+
+def test_axis_parameters_are_written_and_read(interface):
+    for axis in range(3):
+        interface.set_axis_parameter(MAX_SPEED, axis, 500 + axis)
+    assert [interface.get_axis_parameter(MAX_SPEED, axis) for axis in range(3)] == [500, 501, 502]
+
+
+def test_a_negative_position_is_read_signed(interface):
+    interface.stop(0)  # in position mode it would move back to its target at once
+    interface.set_axis_parameter(ACTUAL, 0, -12345)
+    assert interface.get_axis_parameter(ACTUAL, 0, signed=True) == -12345
+
+
+def test_axis_parameters_are_stored_and_restored(interface):
+    interface.set_axis_parameter(MAX_ACCELERATION, 1, 300)
+    interface.store_axis_parameter(MAX_ACCELERATION, 1)
+    interface.set_axis_parameter(MAX_ACCELERATION, 1, 400)
+    interface.restore_axis_parameter(MAX_ACCELERATION, 1)
+    assert interface.get_axis_parameter(MAX_ACCELERATION, 1) == 300
+
+
+def test_global_parameters_and_user_variables(interface):
+    assert interface.get_global_parameter(66, 0) == 1
+    interface.set_global_parameter(42, USER_BANK, -7)
+    assert interface.get_global_parameter(42, USER_BANK, signed=True) == -7
+    interface.store_global_parameter(42, USER_BANK)
+    interface.set_global_parameter(42, USER_BANK, 8)
+    interface.restore_global_parameter(42, USER_BANK)
+    assert interface.get_global_parameter(42, USER_BANK, signed=True) == -7
+
+
+def test_a_move_to_a_position_ends_there(interface, wait_for):
+    assert interface.move_to(0, 20_000) == 20_000
+    assert wait_for(lambda: interface.get_axis_parameter(REACHED, 0))
+    assert interface.get_axis_parameter(ACTUAL, 0) == 20_000
+
+
+def test_a_move_by_a_distance_starts_at_the_actual_position(interface, wait_for):
+    interface.stop(2)
+    interface.set_axis_parameter(ACTUAL, 2, 1000)
+    interface.move_by(2, -4000)
+    assert wait_for(lambda: interface.get_axis_parameter(REACHED, 2))
+    assert interface.get_axis_parameter(ACTUAL, 2, signed=True) == -3000
+
+
+def test_rotation_reaches_its_speed_and_stops(interface, wait_for):
+    interface.rotate(1, -600)
+    assert wait_for(lambda: interface.get_axis_parameter(SPEED_NOW, 1, signed=True) == -600)
+    interface.stop(1)
+    assert wait_for(lambda: interface.get_axis_parameter(SPEED_NOW, 1) == 0)
+    assert interface.get_axis_parameter(ACTUAL, 1, signed=True) < 0
+
+
+def test_outputs_and_inputs(interface):
+    interface.set_digital_output(3)
+    assert interface.get_digital_output(3) == 1
+    interface.clear_digital_output(3)
+    assert interface.get_digital_output(3) == 0
+    assert interface.get_digital_input(0) in {0, 1}
+    assert 0 <= interface.get_analog_input(0) <= 1023
+
+
+@pytest.mark.parametrize(
+    ("call", "status"),
+    [
+        (lambda host: host.get_axis_parameter(77, 0), 3),
+        (lambda host: host.set_axis_parameter(MAX_SPEED, 0, 2048), 4),
+        (lambda host: host.get_axis_parameter(MAX_SPEED, 3), 4),
+        (lambda host: host.send(99, 0, 0, 0), 2),
+    ],
+)
+def test_refusals_raise_status_errors(interface, call, status):
+    with pytest.raises(TMCLReplyStatusError) as caught:
+        call(interface)
+    assert caught.value.status_code == status
+
+
+def test_the_class_of_the_nearest_module_drives_three_axes(interface, wait_for):
+    """There is no class for a TMCM-34x; TMCM-3110 has the same numbers for what both have."""
+    module = TMCM3110(interface)
+    for motor in module.motors:
+        motor.linear_ramp.max_velocity = 1500
+        motor.linear_ramp.max_acceleration = 800
+        motor.drive_settings.max_current = 200
+        motor.drive_settings.standby_current = 20
+    module.move_to(0, 30_000)
+    module.move_by(1, -15_000)
+    module.rotate(2, 700)
+    assert wait_for(
+        lambda: module.motors[0].get_position_reached() and module.motors[1].get_position_reached()
+    )
+    assert module.motors[0].actual_position == 30_000
+    assert module.motors[1].actual_position == -15_000
+    assert module.motors[2].actual_velocity == 700
+    module.stop(2)
+    assert wait_for(lambda: module.motors[2].actual_velocity == 0)
+    assert module.motors[0].drive_settings.max_current == 200
