@@ -12,6 +12,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import conformance
+
 DOCS = Path(__file__).parent
 ENTRY = re.compile(r"^### ([A-Z]+-\d+) (.+)\n((?:.+\n?)+)", re.MULTILINE)
 
@@ -47,6 +49,7 @@ def fidelity() -> str:
 
 PAGES: dict[str, Callable[[], str]] = {
     "fidelity.md": fidelity,
+    "conformance.md": conformance.page,
 }
 
 

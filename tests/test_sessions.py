@@ -1,0 +1,120 @@
+"""The session files: each case in memory on each of its models, and over every link with the same result."""
+
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from session_runner import MemoryCan, MemorySerial, SessionError, all_cases, load, missing_marks, play
+from tmcm34x.bench import build, simple_rig
+from tmcm34x.bench.description import parse
+
+SESSIONS = Path(__file__).parent / "sessions"
+CASES = list(all_cases(SESSIONS))
+MEMORY = {"memory": MemorySerial, "can": MemoryCan}
+
+
+def rig(case, model):
+    """What the case asks for: a bare module, or the bench in its file with another model."""
+    if not case.bench:
+        return simple_rig(model)
+    bench = parse(case.bench)
+    return build(
+        msgspec.structs.replace(bench, module=[msgspec.structs.replace(bench.module[0], model=model)])
+    )
+
+
+@pytest.mark.parametrize(
+    ("case", "link", "model"),
+    [
+        pytest.param(case, link, model, id=f"{case}-{link}-{model}")
+        for case in CASES
+        for link in MEMORY
+        if link in case.links
+        for model in sorted(case.models)
+    ],
+)
+def test_a_module_does_as_the_session_says_and_as_it_pins(case, link, model):
+    marks = play(case, MEMORY[link](rig(case, model)), model, watched=True)
+    assert not missing_marks(case, marks)
+
+
+def session(tmp_path, text):
+    path = tmp_path / "session.txt"
+    path.write_text(text)
+    return path
+
+
+def played(tmp_path, text, model=343):
+    (case,) = load(session(tmp_path, "== a case\n" + text))
+    return play(case, MemorySerial(simple_rig(model)), model, watched=True)
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        ("GAP 1, 0", "a line starts with one of"),
+        ("> GAP", "GAP needs 2 operands"),
+        ("> FOO 1", "unknown command FOO"),
+        ("< fine", "expected -, bytes, or a status"),
+        ("+ 2 weeks", "expected a time"),
+        ("+ soon", "expected a time"),
+        ("! lightning", "unknown event"),
+        ("? weather", "unknown measurement"),
+        ("@ here", "expected an address"),
+        ("# models: 351", "models are 341, 342 and 343"),
+        ("# links: usb", "links are serial, can"),
+    ],
+)
+def test_a_line_that_cannot_be_read_is_named(tmp_path, line, problem):
+    with pytest.raises(SessionError, match=problem) as caught:
+        load(session(tmp_path, f"# a remark\n== a case\n> GAP 1, 0\n{line}\n"))
+    assert "session.txt:4: " in str(caught.value)
+
+
+def test_steps_belong_into_a_case(tmp_path):
+    with pytest.raises(SessionError, match="belong under a line"):
+        load(session(tmp_path, "> GAP 1, 0\n== a case\n"))
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("> GAP 4, 0\n< 100 999", r"session.txt:3: < 100 999: got Reply\(host=2.*value=1000\)"),
+        ("> GAP 4, 0\n< 100 1..999", "session.txt:3: .*value=1000"),
+        ("> GAP 4, 0\n< 4", "session.txt:3: .*status=100"),
+        ("> GAP 4, 0\n< 100\n< 100", "session.txt:4: < 100: got nothing"),
+        ("> GAP 4, 0\n< -", "session.txt:3: .*expected no reply, got 02 01 64"),
+        ("> GAP 4, 0\n> GAP 4, 0", "session.txt:3: .*not read yet: 02 01 64"),
+        ("> GAP 4, 0\n+ 1 s", "session.txt:3: .*not read yet: 02 01 64"),
+        ("> GAP 4, 0", "end of a case: expected no reply"),
+        ("> GAP 4, 0\n< 100 1000 of 7", "session.txt:3: .*command=6"),
+        ("@ 1 host 3\n> GAP 4, 0\n< 100", "session.txt:4: .*host=2"),
+        ('> 01 06 04\n< 02 "x"', "session.txt:3: .*got nothing"),
+        ("> 01 0a 42 00 00 00 00 00 4d\n< 02 01 64 0a 00 00 00 01 73", "session.txt:3: .*got 02 01 64"),
+        ("? outputs 00000001", "session.txt:2: .*it is 00000000"),
+        ("? motor 0 current 255", "session.txt:2: .*it is "),
+        ("? motor 0 load at 7", "session.txt:2: .*it is at 0.000"),
+    ],
+)
+def test_a_module_that_does_otherwise_is_found_out(tmp_path, text, problem):
+    with pytest.raises(SessionError, match=problem):
+        played(tmp_path, text)
+
+
+def test_lines_for_other_models_are_passed_over(tmp_path):
+    played(tmp_path, "> GAP 6, 0\n< 100 128 [341 343]\n< 3 [342]", model=343)
+    played(tmp_path, "> GAP 6, 0\n< 100 128 [341 343]\n< 3 [342]", model=342)
+
+
+def test_a_pin_that_the_session_does_not_exercise_is_found_out(tmp_path):
+    (case,) = load(session(tmp_path, "== a case\n# pins: GAP AP.4..5 STATUS.3\n> GAP 4, 0\n< 100\n"))
+    marks = play(case, MemorySerial(simple_rig()), 343, watched=True)
+    assert missing_marks(case, marks) == ["AP.5", "STATUS.3"]
+
+
+def test_commands_that_a_program_passes_by_are_not_exercised(tmp_path):
+    text = "> 132\n< 100\n> STOP\n< 101\n> ROR 0, 5\n< 101\n> 133\n< 100\n> 129 1\n< 100\n+ 1 ms\n"
+    marks = played(tmp_path, text)
+    assert "STOP" in marks
+    assert "ROR" not in marks
