@@ -125,11 +125,13 @@ def test_a_locked_eeprom_keeps_its_settings_against_137():
 
 
 @pytest.mark.parametrize(
-    "line", ["STAP 4, 0", "SGP 77, 0, 1", "SGP 64, 0, 0", "STGP 0, 2", "STGP 7, 0", "STGP 23, 0", "SCO 0, 255, 0", "SCO 3, 255, 0"]
-)  # fmt: skip
+    "line",
+    ["STAP 4, 0", "SGP 77, 0, 1", "SGP 64, 0, 0", "STGP 0, 2", "STGP 7, 0", "STGP 23, 0", "SCO 0, 255", "SCO 3, 255"],
+)
 def test_a_locked_eeprom_refuses_to_store(line):
     module = switched_on()
     host = Host(module)
+    line += ", 0" * line.startswith("SCO")
     host.do("SGP 73, 0, 1234")
     before = module_state(module)
     assert host.status(line) == 5

@@ -18,7 +18,10 @@ TELEGRAMS = 40_000
 """For each model."""
 KNOWN = sorted(row.number for row in (*COMMANDS, *CONTROL_FUNCTIONS))
 TYPES = (0, 1, 2, 3, 4, 5, 7, 8, 13, 64, 65, 73, 81, 84, 130, 132, 138, 149, 153, 154, 203, 205, 213, 255)
-VALUES = (0, 1, -1, 2, 7, 20, 255, 500, 1000, 1234, 2047, 2048, 4321, -2047, 10_000, -50_000, 2**23 - 1, -(2**23), 2**31 - 1, -(2**31))  # fmt: skip
+VALUES = (
+    0, 1, -1, 2, 7, 20, 255, 500, 1000, 1234, 2047, 2048, 4321, -2047, 10_000, -50_000,
+    2**23 - 1, -(2**23), 2**31 - 1, -(2**31),
+)  # fmt: skip
 
 
 def random_instruction(rng: random.Random) -> Instruction:
