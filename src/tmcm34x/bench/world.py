@@ -132,10 +132,10 @@ class Mount:
             self._steps += (motion.phase - self._counted) // self._size
             self._counted, self._size = motion.phase, motion.step
 
-    def restarted(self) -> None:
-        """The chip counts from zero again, and its driver has forgotten everything."""
-        self.dirty = True
-        self._counted, self._size = 0, self.chip.motion(self.smda).step
+    def restarting(self) -> None:
+        """The chip is about to count from zero again, and its driver to forget everything."""
+        self.plan_changed()
+        self._counted, self._size = 0, FINENESS
         if self.driver is not None:
             self.driver.reset()
             self.axis.power_on()
@@ -258,7 +258,7 @@ class World:
         self._overrides: dict[int, Source] = {}
         for index, chip in enumerate(board.chips):
             chip.plan_changed = partial(self._plan_changed, index)
-            chip.restarted = partial(self._restarted, index)
+            chip.restarting = partial(self._restarting, index)
         board.on_current.append(self._current_changed)
 
     def connect(self, number: int, source: Source) -> None:
@@ -292,10 +292,10 @@ class World:
             mount.plan_changed()
             self.dirty = True
 
-    def _restarted(self, chip: int) -> None:
+    def _restarting(self, chip: int) -> None:
         for (index, _), mount in self._by_wiring.items():
             if index == chip:
-                mount.restarted()
+                mount.restarting()
         self.dirty = True
 
     def _current_changed(self, motor: int, current: int, on: bool) -> None:

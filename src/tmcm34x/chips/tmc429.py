@@ -119,8 +119,8 @@ class Tmc429:
         self.driver_status: Callable[[], int] | None = None
         self.plan_changed: Callable[[int], None] | None = None
         """Told a motor that moves otherwise than `motion` said, because of a register or a switch."""
-        self.restarted: Callable[[], None] | None = None
-        """Told after a reset."""
+        self.restarting: Callable[[], None] | None = None
+        """Told before a reset."""
         self._seed = seed
         self._levels = 0
         self._watched: list[tuple[int, int] | None] = [None, None, None]
@@ -128,6 +128,8 @@ class Tmc429:
 
     def reset(self) -> None:
         """Power-on at `now`: everything but the input lines is forgotten."""
+        if self.restarting:
+            self.restarting()
         self._origin = self.now
         self._asleep = NEVER
         self._common = self._words(COMMON)
@@ -149,8 +151,6 @@ class Tmc429:
         self._switches = 0
         self._resolve_inputs()
         self._resolve_chain()
-        if self.restarted:
-            self.restarted()
 
     def _words(self, area: int) -> list[int]:
         """The registers of an area after power-on, by index."""
