@@ -5,8 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware.programs import Wire, direct, program_of
-from tmcm34x.bench import Rig
-from tmcm34x.bench import build
+from tmcm34x.bench import Rig, build
 from tmcm34x.bench.description import parse
 from tmcm34x.clock import MS, run_until
 from tmcm34x.firmware.module import Module

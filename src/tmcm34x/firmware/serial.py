@@ -62,11 +62,11 @@ class SerialPort:
 
     @ascii_mode.setter
     def ascii_mode(self, on: bool) -> None:
-        self._buffer.clear()
         self._line = AsciiLine(self) if on else None
 
     def power_on(self) -> None:
         """Forget what was received; start in the mode of global parameter 67."""
+        self._buffer.clear()
         self.ascii_mode = bool(self.module.eeprom.global_values[67] & 1)
 
     def receive(self, data: bytes) -> None:
