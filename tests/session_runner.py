@@ -401,10 +401,12 @@ class Player:
     host: int = 2
     asked: Instruction | None = None
     loading: bool = False
+    replies: list[bytes | Frame] = field(default_factory=list)
     marks: set[str] = field(default_factory=set)
 
     def play(self, step: Step) -> None:
         """Do one line; raises `SessionError` when the module does not do as it says."""
+        self.wire.settle()
         if step.sign in ">+!" and self.wire.received:
             raise SessionError(f"not read yet: {self._waiting()}")
         match step.action:
@@ -481,16 +483,15 @@ class Player:
             self.marks.update(conformance.marks(self.asked))
 
     def _reply(self) -> Reply:
-        self.wire.settle()
         if self.wire.kind == "can":
-            if not self.wire.received:
-                raise SessionError("got no reply")
-            identifier, data = self.wire.received.pop(0)
+            identifier, data = self._take_frame()
             return unpack_can_reply(data)._replace(host=identifier)
-        return unpack_reply(self._take(SIZE))
+        try:
+            return unpack_reply(self._take(SIZE))
+        except ChecksumError as error:
+            raise SessionError(f"got a reply with {error}") from None
 
     def _expect_bytes(self, data: bytes) -> None:
-        self.wire.settle()
         got = self._take(len(data))
         if got != data:
             raise SessionError(f"got {got.hex(' ')} {got!r}")
@@ -498,19 +499,24 @@ class Player:
             self._mark(data[2])
 
     def _expect_frame(self, frame: Frame) -> None:
-        self.wire.settle()
-        if not self.wire.received:
-            raise SessionError("got no frame")
-        got = Frame(*self.wire.received.pop(0))
+        got = self._take_frame()
         if got != frame:
             raise SessionError(f"got id {got.identifier}: {got.data.hex(' ')} {got.data!r}")
         self._mark(got.data[1])
+
+    def _take_frame(self) -> Frame:
+        if not self.wire.received:
+            raise SessionError("got no frame")
+        frame = Frame(*self.wire.received.pop(0))
+        self.replies.append(frame)
+        return frame
 
     def _take(self, size: int) -> bytes:
         data = bytes(self.wire.received[:size])
         if len(data) < size:
             raise SessionError(f"got {data.hex(' ') or 'nothing'}")
         del self.wire.received[:size]
+        self.replies.append(data)
         return data
 
     def _waiting(self) -> str:
@@ -571,8 +577,8 @@ class MemoryCan(MemorySerial):
         self.send_frame = port.receive
 
 
-def play(case: Case, wire: Any, model: int, *, watched: bool = False) -> set[str]:
-    """Play `case` over `wire`; the marks of all that the module was made to do.
+def play(case: Case, wire: Any, model: int, *, watched: bool = False) -> Player:
+    """Play `case` over `wire`; the player knows the replies, and the marks of all that the module was made to do.
 
     watched: whether an observer notes the commands of the program too
     Raises `SessionError` that names the line.
@@ -592,7 +598,7 @@ def play(case: Case, wire: Any, model: int, *, watched: bool = False) -> set[str
         player.finish()
     except SessionError as error:
         raise SessionError(f"{case.path.name}, end of {case.title}: {error}") from None
-    return player.marks
+    return player
 
 
 def missing_marks(case: Case, marks: set[str]) -> list[str]:

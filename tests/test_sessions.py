@@ -5,7 +5,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from session_runner import MemoryCan, MemorySerial, SessionError, all_cases, load, missing_marks, play
+from session_links import LINKS
+from session_runner import KIND, MemoryCan, MemorySerial, SessionError, all_cases, load, missing_marks, play
 from tmcm34x.bench import build, simple_rig
 from tmcm34x.bench.description import parse
 
@@ -35,8 +36,20 @@ def rig(case, model):
     ],
 )
 def test_a_module_does_as_the_session_says_and_as_it_pins(case, link, model):
-    marks = play(case, MEMORY[link](rig(case, model)), model, watched=True)
-    assert not missing_marks(case, marks)
+    player = play(case, MEMORY[link](rig(case, model)), model, watched=True)
+    assert not missing_marks(case, player.marks)
+
+
+@pytest.mark.parametrize("model", [341, 342, 343])
+@pytest.mark.parametrize("link", LINKS)
+@pytest.mark.parametrize("path", sorted(SESSIONS.glob("*.txt")), ids=lambda path: path.stem)
+def test_a_link_gives_the_same_replies_as_memory(path, link, model):
+    memory = MEMORY["memory" if KIND[link] == "serial" else "can"]
+    for case in load(path):
+        if link in case.links and model in case.models:
+            expected = play(case, memory(rig(case, model)), model)
+            with LINKS[link](rig(case, model)) as wire:
+                assert play(case, wire, model).replies == expected.replies
 
 
 def session(tmp_path, text):
@@ -109,12 +122,12 @@ def test_lines_for_other_models_are_passed_over(tmp_path):
 
 def test_a_pin_that_the_session_does_not_exercise_is_found_out(tmp_path):
     (case,) = load(session(tmp_path, "== a case\n# pins: GAP AP.4..5 STATUS.3\n> GAP 4, 0\n< 100\n"))
-    marks = play(case, MemorySerial(simple_rig()), 343, watched=True)
+    marks = play(case, MemorySerial(simple_rig()), 343, watched=True).marks
     assert missing_marks(case, marks) == ["AP.5", "STATUS.3"]
 
 
 def test_commands_that_a_program_passes_by_are_not_exercised(tmp_path):
     text = "> 132\n< 100\n> STOP\n< 101\n> ROR 0, 5\n< 101\n> 133\n< 100\n> 129 1\n< 100\n+ 1 ms\n"
-    marks = played(tmp_path, text)
+    marks = played(tmp_path, text).marks
     assert "STOP" in marks
     assert "ROR" not in marks
