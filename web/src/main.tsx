@@ -4,7 +4,7 @@ import { render } from "preact";
 import { Editor } from "./editor/editor";
 import { PROGRAM_FLAGS } from "./wire";
 import { action, perform, shownTheme } from "./logic/actions";
-import { can, clockSeconds, connection, loaded, program, tables, time, timePaused, welcome } from "./logic/app";
+import { can, clockSeconds, connection, loaded, program, tables, time, timePaused, welcome, windows } from "./logic/app";
 import { assembled, busy, changedSinceDownload, languageServer } from "./logic/build";
 import { PAGES, active, activeTab, closeTab, documents, newFile, openFile, problemCount, restore, tabs, target, type PageName, type Tab } from "./logic/documents";
 import { bottom, bottomTall, layout, right, type BottomPanel, type RightPanel } from "./logic/layout";
@@ -118,7 +118,7 @@ function StatusBar() {
             {size !== undefined && <span>{size} / {tables.value.program_size}</span>}
             <button class="link" onClick={() => (bottom.value = "problems")}>{problemCount.value.errors} errors, {problemCount.value.warnings} warnings</button>
             {can.value.language_server && <span title="Completion, hover and squiggles">{languageServer.value ? "language server" : "language server…"}</span>}
-            {(welcome.value?.pages ?? 1) > 1 && <span title="Windows that look at this module">{welcome.value!.pages} windows</span>}
+            {windows.value > 1 && <span title="Windows that look at this module">{windows.value} windows</span>}
         </footer>
     );
 }

@@ -80,8 +80,12 @@ export interface MotorState {
     resolution: number;
     /** rotor angle [rad], from the world where there is one, else from the position */
     angle: number;
-    /** full steps that the rotor is away from the coil field; 0 without a world */
+    /** full steps lost since power-on; 0 without a world */
     slip: number;
+    /** torque asked of the motor over what it has, 0..1; 0 without a world */
+    strain: number;
+    /** position of the load [mm or degrees]; 0 without a world */
+    place: number;
 }
 
 export const readMotor = (view: DataView, at: number): MotorState => ({
@@ -100,6 +104,8 @@ export const readMotor = (view: DataView, at: number): MotorState => ({
     resolution: view.getUint8(at + 25),
     angle: view.getFloat32(at + 26, true),
     slip: view.getInt32(at + 30, true),
+    strain: view.getFloat32(at + 34, true),
+    place: view.getFloat32(at + 38, true),
 });
 
 export interface BoardState {
@@ -146,9 +152,9 @@ export const GROUPS: readonly { name: string; size: number;
     read: (view: DataView, at: number) => GroupState }[] = [
     { name: "time", size: 17, read: readTime },
     { name: "program", size: 15, read: readProgram },
-    { name: "motor0", size: 34, read: readMotor },
-    { name: "motor1", size: 34, read: readMotor },
-    { name: "motor2", size: 34, read: readMotor },
+    { name: "motor0", size: 42, read: readMotor },
+    { name: "motor1", size: 42, read: readMotor },
+    { name: "motor2", size: 42, read: readMotor },
     { name: "board", size: 19, read: readBoard },
 ];
 
@@ -358,7 +364,7 @@ export interface Frame {
     line: number;
 }
 
-/** A parameter to be sent with the state; bank -1 is an axis parameter of `motor`. */
+/** A value to read: bank -1 is an axis parameter of `motor`, -2 a coordinate. */
 export interface Watched {
     bank: number;
     number: number;
@@ -369,21 +375,30 @@ export interface Watched {
 export interface AxisWorld {
     motor: string;
     load: number;
-    faults: number;
+    faults: string[];
     left_held: boolean;
     right_held: boolean;
-    left_at: number | null;
-    right_at: number | null;
+    unit: string;
+    turn: number;
+    fullsteps: number;
+    low: number | null;
+    high: number | null;
+}
+
+/** A driver fault that a bench can raise. */
+export interface FaultKind {
+    name: string;
+    meaning: string;
 }
 
 /** The bench's settings that pages set and show. */
 export interface World {
     axes: AxisWorld[];
-    address: string;
+    faults: FaultKind[];
     bench: string;
 }
 
-/** A value in the EEPROM. */
+/** A value in the EEPROM; bank -1 is an axis parameter, -2 a coordinate. */
 export interface StoredValue {
     bank: number;
     number: number;
@@ -518,6 +533,7 @@ export interface SetBench {
     what: "analog" | "fault" | "input" | "left" | "line" | "load" | "power" | "right" | "shutdown";
     index: number;
     value: number;
+    fault?: string;
 }
 
 /** Pace of virtual time: `speed` 0 is as fast as possible; -1 leaves it. */
@@ -619,7 +635,6 @@ export interface Welcome {
     model: ModelShape;
     ability: Ability;
     tables: Tables;
-    pages: number;
     listing: Listing | null;
     breakpoints: Breakpoint[];
 }
@@ -640,6 +655,12 @@ export interface Loaded {
 export interface BreakpointsChanged {
     event: "breakpoints_changed";
     breakpoints: Breakpoint[];
+}
+
+/** Where the breakpoints lie in the module's program now. */
+export interface BreakpointsPlaced {
+    event: "breakpoints_placed";
+    placed: PlacedBreakpoint[];
 }
 
 /** The debugger holds the program. */
@@ -686,6 +707,12 @@ export interface Link {
     text: string;
 }
 
+/** How many windows look at this module, with this one. */
+export interface Windows {
+    event: "windows";
+    count: number;
+}
+
 /** A line for people: what a log point or the server says. */
 export interface Output {
     event: "output";
@@ -693,4 +720,4 @@ export interface Output {
     text: string;
 }
 
-export type ServerEvent = Answer | Refusal | Welcome | FilesChanged | Loaded | BreakpointsChanged | Paused | Progress | Telegrams | Happened | WorldChanged | Link | Output;
+export type ServerEvent = Answer | Refusal | Welcome | FilesChanged | Loaded | BreakpointsChanged | BreakpointsPlaced | Paused | Progress | Telegrams | Happened | WorldChanged | Link | Windows | Output;

@@ -25,6 +25,7 @@ class SubCommand(NamedTuple):
 
 
 SUB_COMMANDS: Final = (
+    SubCommand("ide", "tmcm34x.cli.ide", "Open the TMCL-IDE in the browser."),
     SubCommand("serve", "tmcm34x.cli.serve", "Serve a virtual module on serial ports and sockets."),
     SubCommand("asm", "tmcm34x.cli.asm", "Assemble a TMCL program."),
     SubCommand("dis", "tmcm34x.cli.dis", "Turn a program image back into source."),

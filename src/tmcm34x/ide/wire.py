@@ -59,7 +59,9 @@ _MOTOR: Final = (
     Row("search", "B", "reference search: state, 0 idle"),
     Row("resolution", "B", "microstep resolution, axis parameter 140"),
     Row("angle", "f", "rotor angle [rad], from the world where there is one, else from the position"),
-    Row("slip", "i", "full steps that the rotor is away from the coil field; 0 without a world"),
+    Row("slip", "i", "full steps lost since power-on; 0 without a world"),
+    Row("strain", "f", "torque asked of the motor over what it has, 0..1; 0 without a world"),
+    Row("place", "f", "position of the load [mm or degrees]; 0 without a world"),
 )
 
 MOTOR_FLAGS: Final = ("left", "right", "home", "reached", "left_off", "right_off", "energised", "stalled")
@@ -322,11 +324,14 @@ class Frame(Shape):
 
 
 class Watched(Shape):
-    """A parameter to be sent with the state; bank -1 is an axis parameter of `motor`."""
+    """A value to read: bank -1 is an axis parameter of `motor`, -2 a coordinate."""
 
     bank: int
     number: int
     motor: int
+
+    def __hash__(self) -> int:
+        return hash((self.bank, self.number, self.motor))
 
 
 class AxisWorld(Shape):
@@ -334,26 +339,40 @@ class AxisWorld(Shape):
 
     motor: str
     load: float
-    """Load torque as a part of the motor's holding torque; above 1 it loses steps."""
-    faults: int
-    """Driver faults held on, bits of axis parameter 208."""
+    """Torque of a hand on the shaft, as a part of the motor's holding torque; positive pushes left."""
+    faults: list[str]
+    """Driver faults that are held on."""
     left_held: bool
+    """A hand keeps the left switch closed."""
     right_held: bool
-    left_at: float | None
-    """Place of the left switch [microsteps], if the carriage moves it."""
-    right_at: float | None
+    unit: str
+    """Of the load's position."""
+    turn: float
+    """Load positions in a turn of the motor."""
+    fullsteps: int
+    """Of a turn."""
+    low: float | None
+    """Lower hard stop."""
+    high: float | None
+
+
+class FaultKind(Shape):
+    """A driver fault that a bench can raise."""
+
+    name: str
+    meaning: str
 
 
 class World(Shape):
     """The bench's settings that pages set and show."""
 
     axes: list[AxisWorld]
-    address: str
+    faults: list[FaultKind]
     bench: str
 
 
 class StoredValue(Shape):
-    """A value in the EEPROM."""
+    """A value in the EEPROM; bank -1 is an axis parameter, -2 a coordinate."""
 
     bank: int
     number: int
@@ -511,6 +530,7 @@ class SetBench(Call, tag="set_bench"):
     what: Literal["left", "right", "input", "analog", "shutdown", "load", "fault", "line", "power"]
     index: int
     value: float
+    fault: str = ""
 
 
 class SetTime(Call, tag="set_time"):
@@ -605,8 +625,6 @@ class Welcome(Event, tag="welcome"):
     model: ModelShape
     ability: Ability
     tables: Tables
-    pages: int
-    """Windows that look at this module, with this one."""
     listing: Listing | None
     """The program that was last downloaded through this server."""
     breakpoints: list[Breakpoint]
@@ -628,6 +646,12 @@ class BreakpointsChanged(Event, tag="breakpoints_changed"):
     """Another window changed the breakpoints."""
 
     breakpoints: list[Breakpoint]
+
+
+class BreakpointsPlaced(Event, tag="breakpoints_placed"):
+    """Where the breakpoints lie in the module's program now."""
+
+    placed: list[PlacedBreakpoint]
 
 
 class Paused(Event, tag="paused"):
@@ -674,6 +698,12 @@ class Link(Event, tag="link"):
     text: str
 
 
+class Windows(Event, tag="windows"):
+    """How many windows look at this module, with this one."""
+
+    count: int
+
+
 class Output(Event, tag="output"):
     """A line for people: what a log point or the server says."""
 
@@ -682,8 +712,8 @@ class Output(Event, tag="output"):
 
 
 AnyEvent = (
-    Answer | Refusal | Welcome | FilesChanged | Loaded | BreakpointsChanged | Paused | Progress | Telegrams
-    | Happened | WorldChanged | Link | Output
+    Answer | Refusal | Welcome | FilesChanged | Loaded | BreakpointsChanged | BreakpointsPlaced | Paused | Progress
+    | Telegrams | Happened | WorldChanged | Link | Windows | Output
 )  # fmt: skip
 """Everything that the server may send as text."""
 

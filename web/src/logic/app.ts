@@ -22,7 +22,8 @@ export const breakpoints = signal<Breakpoint[]>([]);
 export const progress = signal<{ title: string; done: number; total: number } | null>(null);
 export const link = signal<{ up: boolean; text: string }>({ up: true, text: "" });
 export const stopReason = signal<string>("");
-export const stale = signal(false);
+/** Windows that look at this module. */
+export const windows = signal(1);
 
 export const online = computed(() => connection.state.value === "open" && welcome.value !== null);
 export const can = computed(
@@ -205,6 +206,12 @@ connection.onEvent = (event) => {
             break;
         case "breakpoints_changed":
             breakpoints.value = event.breakpoints;
+            break;
+        case "breakpoints_placed":
+            placed.value = event.placed;
+            break;
+        case "windows":
+            windows.value = event.count;
             break;
         case "paused":
             stopReason.value = event.reason;

@@ -5,10 +5,8 @@ import { Empty, Lamp, NumberField, Switch } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 import { short } from "../logic/units";
 
-const set = (what: SetBench["what"], index: number, value: number) => ask({ call: "set_bench", what, index, value });
-
-const FAULTS = ["overcurrent A", "overcurrent B", "open load A", "open load B", "overcurrent high side",
-    "undervoltage", "temperature warning", "overtemperature"] as const;
+const set = (what: SetBench["what"], index: number, value: number, fault = "") =>
+    ask({ call: "set_bench", what, index, value, fault });
 
 export const SPEEDS = [[0.01, "1/100"], [0.1, "1/10"], [0.25, "1/4"], [1, "1×"], [4, "4×"], [10, "10×"], [100, "100×"], [0, "max"]] as const;
 
@@ -64,21 +62,21 @@ function AxisBench({ motor }: { motor: number }) {
                 {motors[motor]!.value.slip !== 0 && <span class="bad">{Math.abs(motors[motor]!.value.slip)} full steps lost</span>}</h4>
             <div class="row">
                 <StopSwitch motor={motor} side="left" />
-                <label class="slider" title="Torque against the motor, in parts of its holding torque; above 100 % it loses steps">
-                    <span>load <b>{percent}</b> %</span>
-                    <input type="range" min="0" max="150" value={percent} aria-label={`Load of motor ${motor}`}
+                <label class="slider" title="Torque of a hand on the shaft, in parts of the holding torque; double click lets go"
+                    onDblClick={() => set("load", motor, 0)}>
+                    <span>drag <b>{percent}</b> %</span>
+                    <input type="range" min="-150" max="150" value={percent} aria-label={`Load of motor ${motor}`}
                         onInput={(event) => set("load", motor, Number(event.currentTarget.value) / 100)} />
                 </label>
                 <StopSwitch motor={motor} side="right" />
             </div>
             {drivers && (
                 <div class="faults" role="group" aria-label={`Driver faults of motor ${motor}`}>
-                    {FAULTS.map((fault, bit) => {
-                        const on = (axis.faults & (1 << bit)) !== 0;
+                    {world.value!.faults.map(({ name, meaning }) => {
+                        const on = axis.faults.includes(name);
                         return (
-                            <button key={fault} class={`fault ${on ? "on" : ""}`} aria-pressed={on} title={`Driver fault: ${fault}`}
-                                onClick={() => set("fault", motor, axis.faults ^ (1 << bit))}>
-                                {["OCA", "OCB", "OLA", "OLB", "OCHS", "UV", "OTPW", "OT"][bit]}</button>
+                            <button key={name} class={`fault ${on ? "on" : ""}`} aria-pressed={on} title={meaning}
+                                onClick={() => set("fault", motor, on ? 0 : 1, name)}>{name.replace(/_/g, " ")}</button>
                         );
                     })}
                 </div>
@@ -132,7 +130,7 @@ export function Bench() {
                     ))}
                 </div>
             </section>
-            <p class="muted note">{world.value?.bench}{world.value?.address && <> · other hosts reach this module at <code>{world.value.address}</code></>}</p>
+            <p class="muted note">Bench: {world.value?.bench}</p>
         </div>
     );
 }

@@ -1,0 +1,176 @@
+"""`tmcm34x ide`: the TMCL-IDE in the browser."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import socket
+import webbrowser
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import click
+
+from tmcm34x.cli import CliError
+
+if TYPE_CHECKING:
+    from tmcm34x.ide.target import Target
+    from tmcm34x.ide.telegrams import Telegrams
+
+
+class _Address(click.ParamType[tuple[str, int]]):
+    """`HOST:PORT` or `PORT`, with an IPv6 address in brackets."""
+
+    name = "HOST:PORT"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, int]:
+        if isinstance(value, tuple):
+            return cast(tuple[str, int], value)
+        host, _, port = str(value).rpartition(":")
+        if not port.isdecimal() or int(port) > 65535:
+            self.fail(f"{value!r} is not HOST:PORT with a port of 0 to 65535", param, ctx)
+        return host.strip("[]") or "127.0.0.1", int(port)
+
+
+_EXAMPLES = """\b
+Examples:
+  tmcm34x ide examples
+  tmcm34x ide conveyor.tmc --bench bench.toml
+  tmcm34x ide --port /dev/ttyUSB0 --baud 9600
+  tmcm34x ide --port tcp://127.0.0.1:17000
+"""
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("paths", nargs=-1, type=click.Path(exists=True, path_type=Path), metavar="[FILES or FOLDER]")
+@click.option("--port", metavar="URL", help="A real module: serial device, or tcp://HOST:PORT.")
+@click.option(
+    "--baud", type=click.IntRange(1), default=9600, show_default=True, help="Bits per second of --port."
+)
+@click.option(
+    "--address", type=click.IntRange(0, 255), default=1, show_default=True, help="Address of the module."
+)
+@click.option(
+    "--model", type=click.Choice(["341", "342", "343"]), help="Virtual module type; a TMCM-343 otherwise."
+)
+@click.option(
+    "--bench",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="What hangs on the virtual module.",
+)
+@click.option(
+    "--eeprom", type=click.Path(dir_okay=False), metavar="FILE", help="Image of its non-volatile memory."
+)
+@click.option(
+    "--listen",
+    type=_Address(),
+    default="127.0.0.1:0",
+    metavar="HOST:PORT",
+    help="Where the browser finds the IDE; loopback and a free port unless told otherwise.",
+)
+@click.option("--no-browser", is_flag=True, help="Do not open a browser.")
+def command(paths: tuple[Path, ...], listen: tuple[str, int], no_browser: bool, **options: Any) -> int:
+    """The TMCL-IDE in the browser: editor, debugger, axes, plots and bench.
+
+    Without --port, on a virtual module.  Prints its address, token included, on a line of its own; the address
+    is good for this run only.
+    """
+    if options["port"] and (options["bench"] or options["model"] or options["eeprom"]):
+        raise CliError("--port is a real module: --model, --bench and --eeprom are for virtual ones")
+    if options["bench"] and options["model"]:
+        raise CliError("the bench file says which model it is: leave --model away")
+    listener = _bind(*listen)
+    return asyncio.run(_serve(paths, options, listener, listen[0], no_browser))
+
+
+def _bind(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((host, port))
+    except OSError as error:
+        listener.close()
+        raise CliError(f"{host}:{port}: {error.strerror}") from error
+    listener.listen(64)
+    return listener
+
+
+async def _serve(
+    paths: tuple[Path, ...], options: dict[str, Any], listener: socket.socket, host: str, no_browser: bool
+) -> int:
+    import uvicorn
+
+    from tmcm34x.ide.application import LOOPBACK, Application
+    from tmcm34x.ide.hub import Hub
+    from tmcm34x.ide.telegrams import Telegrams
+    from tmcm34x.ide.wire import MESSAGE_LIMIT
+    from tmcm34x.ide.workspace import Workspace
+
+    port = listener.getsockname()[1]
+    token = secrets.token_urlsafe(24)
+    workspace, show = Workspace.of(paths)
+    telegrams = Telegrams()
+    hub = Hub(workspace, _target(options, telegrams), telegrams, show)
+    loopback = host in {"127.0.0.1", "localhost", "::1"}
+    application = Application(hub, token, [f"{name}:{port}" for name in LOOPBACK] if loopback else [])
+    application.name_cookie(port)
+    config = uvicorn.Config(
+        application.starlette,
+        ws="websockets-sansio",
+        ws_max_size=MESSAGE_LIMIT,
+        log_level="warning",
+        access_log=False,
+        timeout_graceful_shutdown=1,
+        lifespan="off",
+    )
+    name = f"[{host}]" if ":" in host else host
+    url = f"http://{name}:{port}/?token={token}"
+    await hub.open()
+    try:
+        click.echo(f"ready ide {url}")
+        if not no_browser:
+            await asyncio.to_thread(webbrowser.open, url)
+        await uvicorn.Server(config).serve(sockets=[listener])
+    finally:
+        await hub.close()
+    return 0
+
+
+def _target(options: dict[str, Any], telegrams: Telegrams) -> Target:
+    if options["port"]:
+        from tmcm34x.ide.remote import Remote
+
+        return Remote(options["port"], options["baud"], options["address"], telegrams)
+    return _virtual(options, telegrams)
+
+
+def _virtual(options: dict[str, Any], telegrams: Telegrams) -> Target:
+    from tmcm34x.bench import BenchError, load, simple_rig
+    from tmcm34x.firmware.storage import Eeprom, EepromError
+    from tmcm34x.ide.virtual import Virtual
+    from tmcm34x.server import EepromFile, EepromFileError, Server, Store
+
+    path: str | None = options["eeprom"]
+    file = eeprom = None
+    try:
+        if path is not None:
+            file = EepromFile(path)
+            image = file.load()
+            eeprom = None if image is None else Eeprom.from_bytes(image)
+        if options["bench"]:
+            rig, place = load(options["bench"], [eeprom]), options["bench"].name
+        else:
+            number = int(options["model"] or (eeprom.model if eeprom else 343))
+            rig, place = simple_rig(number, eeprom), "bare motors"
+    except (EepromFileError, EepromError, BenchError) as error:
+        raise CliError(str(error)) from error
+    stores = [] if file is None else [Store(rig.modules[0].eeprom, file, _report)]
+    return Virtual(Server(rig, stores=stores), telegrams, place, path or "")
+
+
+def _report(line: str) -> None:
+    click.echo(f"tmcm34x ide: {line}", err=True)

@@ -1,0 +1,414 @@
+"""The IDE's middle: one module, one folder, any number of windows that see the same.
+
+`Hub` does what pages ask for.  Each call of `wire.CALLS` has one method in `_METHODS`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Mapping
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from tmcm34x import __version__
+from tmcm34x.ide import wire
+from tmcm34x.ide.building import Built, build, identity
+from tmcm34x.ide.exchange import (
+    END_MARK,
+    QUIT_DOWNLOAD,
+    READ_MEMORY,
+    RESET_PROGRAM,
+    RUN_PROGRAM,
+    START_DOWNLOAD,
+    STEP_PROGRAM,
+    STOP_PROGRAM,
+    stored,
+)
+from tmcm34x.ide.virtual import Virtual
+from tmcm34x.ide.vocabulary import model_shape, tables
+from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS, PROGRAM_SIZE
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
+from tmcm34x.tmcl.status import Status
+
+if TYPE_CHECKING:
+    from tmcm34x.ide.page import Page
+    from tmcm34x.ide.target import Target
+    from tmcm34x.ide.telegrams import Telegrams
+    from tmcm34x.ide.workspace import Workspace
+
+WATCH_S: Final = 1.0
+"""Between two looks at the folder."""
+_MST: Final = BY_MNEMONIC["MST"].number
+
+
+class Hub:
+    """What all windows share."""
+
+    def __init__(self, workspace: Workspace, target: Target, telegrams: Telegrams, show: list[str]) -> None:
+        self.workspace = workspace
+        self.target = target
+        self.telegrams = telegrams
+        self.pages: set[Page] = set()
+        self._show = show
+        self._files: list[wire.FileEntry] = []
+        self._listing: wire.Listing | None = None
+        self._memory = -1
+        self._breakpoints: list[wire.Breakpoint] = []
+        self._downloading = False
+        self._abort = False
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    async def open(self) -> None:
+        """Begin."""
+        await self.target.open(self.tell)
+        self._spawn(self._watch_folder())
+
+    async def close(self) -> None:
+        """End; whatever must be saved is saved."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await self.target.close()
+
+    def _spawn(self, work: Any) -> None:
+        task: asyncio.Task[None] = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    # Pages
+
+    def tell(self, event: wire.Event) -> None:
+        """Send an event to all pages."""
+        for page in self.pages:
+            page.send(event)
+
+    def join(self, page: Page) -> None:
+        """A window opens."""
+        self.pages.add(page)
+        page.send(self.welcome())
+        self.tell(wire.Windows(len(self.pages)))
+
+    def leave(self, page: Page) -> None:
+        """A window closes."""
+        self.pages.discard(page)
+        self.tell(wire.Windows(len(self.pages)))
+        self.watches_changed()
+
+    def watches_changed(self) -> None:
+        """Some page watches other parameters."""
+        self.target.watch([item for page in self.pages for item in page.watches])
+
+    def welcome(self) -> wire.Welcome:
+        """What a new window must know."""
+        target = self.target
+        return wire.Welcome(
+            protocol=wire.PROTOCOL,
+            product=f"tmcm34x {__version__}",
+            folder=str(self.workspace.folder),
+            open=self._show,
+            source=target.source,
+            module=target.place,
+            model=model_shape(target.model),
+            ability=target.ability,
+            tables=tables(target.model.number),
+            listing=self._listing,
+            breakpoints=self._breakpoints,
+        )
+
+    async def answer(self, page: Page, call: wire.Call) -> object:
+        """Do what a page asks for."""
+        return await _METHODS[type(call)](self, page, call)
+
+    # Files
+
+    async def _watch_folder(self) -> None:
+        while True:
+            if self.pages:
+                files = await asyncio.to_thread(self.workspace.files)
+                if files != self._files:
+                    self._files = files
+                    self.tell(wire.FilesChanged(files))
+            await asyncio.sleep(WATCH_S)
+
+    async def _list_files(self, page: Page, call: wire.ListFiles) -> list[wire.FileEntry]:
+        self._files = await asyncio.to_thread(self.workspace.files)
+        return self._files
+
+    async def _read_file(self, page: Page, call: wire.ReadFile) -> wire.FileText:
+        return await asyncio.to_thread(self.workspace.read, call.path)
+
+    async def _write_file(self, page: Page, call: wire.WriteFile) -> wire.FileEntry:
+        return await asyncio.to_thread(self.workspace.write, call.path, call.text, call.stamp, call.newline)
+
+    async def _rename_file(self, page: Page, call: wire.RenameFile) -> None:
+        await asyncio.to_thread(self.workspace.rename, call.path, call.to)
+
+    async def _delete_file(self, page: Page, call: wire.DeleteFile) -> None:
+        await asyncio.to_thread(self.workspace.delete, call.path)
+
+    # Programs
+
+    async def _build(self, path: str, texts: Mapping[str, str]) -> Built:
+        return await asyncio.to_thread(build, self.workspace, path, texts, self.target.model.number)
+
+    async def _assemble(self, page: Page, call: wire.Assemble) -> wire.Assembled:
+        return (await self._build(call.path, call.texts)).answer
+
+    async def _download(self, page: Page, call: wire.Download) -> wire.Assembled:
+        answer, program = await self._build(call.path, call.texts)
+        if answer.listing is None:
+            return answer
+        if self._downloading:
+            raise wire.RefusalError("busy", "Another download is under way.")
+        if not program:
+            raise wire.RefusalError("empty", f"{call.path} has no instructions.")
+        if not self._holds(answer.listing):
+            await self._store(program)
+            self._set_listing(answer.listing)
+        await self._place_breakpoints()
+        if call.run:
+            await self._control("run")
+        return answer
+
+    def _holds(self, listing: wire.Listing) -> bool:
+        """Whether the module is known to have this very program: then only its places in the source are new."""
+        self.check_memory()
+        if self._listing is None or self._listing.identity != listing.identity:
+            return False
+        self._set_listing(listing)
+        return isinstance(self.target, Virtual)
+
+    async def _store(self, program: tuple[Instruction, ...]) -> None:
+        marked = [*program, END_MARK] if len(program) < PROGRAM_SIZE else list(program)
+        self._downloading, self._abort = True, False
+        try:
+            await self._command(Instruction(STOP_PROGRAM))
+            await self._command(Instruction(START_DOWNLOAD))
+            for done, instruction in enumerate(marked):
+                if self._abort:
+                    raise wire.RefusalError("aborted", "The download was broken off.")
+                await self._command(instruction, Status.LOADED)
+                if done % 64 == 0:
+                    self.tell(wire.Progress("Downloading", done, len(marked)))
+        finally:
+            await self.target.exchange(Instruction(QUIT_DOWNLOAD))
+            self._downloading = False
+            self.tell(wire.Progress("Downloading", 1, 1))
+        await self._command(Instruction(RESET_PROGRAM))
+
+    async def _command(self, instruction: Instruction, expected: int = Status.OK) -> wire.Exchange:
+        """A command that must succeed for the work to go on."""
+        exchange = await self.target.exchange(instruction)
+        if exchange.status != expected:
+            raise wire.RefusalError("module", f"{exchange.text}: {exchange.meaning}.")
+        return exchange
+
+    def _set_listing(self, listing: wire.Listing | None) -> None:
+        self._listing = listing
+        if isinstance(self.target, Virtual):
+            self._memory = self.target.module.eeprom.revision
+        self.tell(wire.Loaded(listing))
+
+    def check_memory(self) -> None:
+        """See whether somebody else has stored another program meanwhile."""
+        if self._listing is None or not isinstance(self.target, Virtual):
+            return
+        eeprom = self.target.module.eeprom
+        if eeprom.revision == self._memory:
+            return
+        self._memory = eeprom.revision
+        length = len(self._listing.lines)
+        memory = [eeprom.read_instruction(address) for address in range(length)]
+        if identity(memory) != self._listing.identity:
+            self._listing = None
+            self.tell(wire.Loaded(None))
+
+    async def _upload(self, page: Page, call: wire.Upload) -> str:
+        from tmcm34x.toolchain.disassembler import disassemble
+
+        program: list[Instruction] = []
+        for address in range(PROGRAM_SIZE):
+            exchange = await self._command(Instruction(READ_MEMORY, value=address))
+            instruction = stored(bytes.fromhex(exchange.received))
+            if instruction.number == END_MARK.number:
+                break
+            program.append(instruction)
+            if address % 64 == 0:
+                self.tell(wire.Progress("Reading", address, PROGRAM_SIZE))
+        self.tell(wire.Progress("Reading", 1, 1))
+        return disassemble(program) if program else ""
+
+    # Running
+
+    async def _control_program(self, page: Page, call: wire.ControlProgram) -> None:
+        if self._downloading:
+            raise wire.RefusalError("busy", "A download is under way.")
+        await self._control(call.action)
+
+    async def _control(self, action: str) -> None:
+        debugger = self.target.debugger if isinstance(self.target, Virtual) else None
+        if action in {"pause", "step", "step_over", "step_out"} and debugger is not None:
+            self._debug(action)
+            return
+        if debugger is not None:
+            debugger.release()
+        for number in _CONTROL[action]:
+            await self._command(Instruction(number))
+
+    def _debug(self, action: str) -> None:
+        target = cast(Virtual, self.target)
+        if not target.module.powered:
+            raise wire.RefusalError("power", "The module has no power.")
+        target.server.catch_up()
+        getattr(target.debugger, action)()
+        target.server.settle()
+
+    async def _set_breakpoints(self, page: Page, call: wire.SetBreakpoints) -> list[wire.PlacedBreakpoint]:
+        self._breakpoints = call.breakpoints
+        for other in self.pages:
+            if other is not page:
+                other.send(wire.BreakpointsChanged(call.breakpoints))
+        return await self._place_breakpoints()
+
+    async def _place_breakpoints(self) -> list[wire.PlacedBreakpoint]:
+        placed = [self._place(point) for point in self._breakpoints]
+        if isinstance(self.target, Virtual):
+            addresses = {
+                place.address: point
+                for place, point in zip(placed, self._breakpoints, strict=True)
+                if place.address >= 0
+            }
+            self.target.debugger.set_breakpoints(addresses)
+        self.tell(wire.BreakpointsPlaced(placed))
+        return placed
+
+    def _place(self, point: wire.Breakpoint) -> wire.PlacedBreakpoint:
+        lines = (
+            [] if self._listing is None else [line for line in self._listing.lines if line.path == point.path]
+        )
+        for line in lines:
+            if line.line >= point.line:
+                return wire.PlacedBreakpoint(point.path, point.line, line.address, "")
+        reason = "no instruction from here on" if lines else "not in the module's program: download it first"
+        return wire.PlacedBreakpoint(point.path, point.line, -1, reason)
+
+    async def _read_stack(self, page: Page, call: wire.ReadStack) -> list[wire.Frame]:
+        if not isinstance(self.target, Virtual):
+            return []
+        program = self.target.module.program
+        addresses = [program.counter, *reversed([address - 1 for address in program.stack])]
+        return [self._frame(address) for address in addresses]
+
+    def _frame(self, address: int) -> wire.Frame:
+        lines = [] if self._listing is None else self._listing.lines
+        if 0 <= address < len(lines):
+            return wire.Frame(address, lines[address].path, lines[address].line)
+        return wire.Frame(address, "", 0)
+
+    # Commands
+
+    async def _execute(self, page: Page, call: wire.Execute) -> wire.Exchange:
+        fields = (call.number, call.type, call.motor)
+        if any(not 0 <= field <= 255 for field in fields) or not -(2**31) <= call.value < 2**32:
+            raise wire.RefusalError("range", "Command, type and motor are 0..255, the value has 32 bits.")
+        value = call.value - 2**32 if call.value >= 2**31 else call.value
+        return await self._exchange(Instruction(*fields, value))
+
+    async def _execute_text(self, page: Page, call: wire.ExecuteText) -> wire.Exchange:
+        try:
+            instruction = parse_instruction(call.line)
+        except MnemonicError as error:
+            raise wire.RefusalError("text", f"{error}.") from error
+        return await self._exchange(instruction)
+
+    async def _exchange(self, instruction: Instruction) -> wire.Exchange:
+        if self._downloading:
+            raise wire.RefusalError("busy", "A download is under way: the module would store this command.")
+        return await self.target.exchange(instruction)
+
+    async def _read_many(self, page: Page, call: wire.ReadMany) -> list[int | None]:
+        return await self.target.read(call.items)
+
+    async def _stop_all(self, page: Page, call: wire.StopAll) -> None:
+        """Stop the program first, so that it does not start a motor again."""
+        self._abort = True
+        if isinstance(self.target, Virtual):
+            self.target.debugger.release()
+        if self._downloading:
+            await self.target.exchange(Instruction(QUIT_DOWNLOAD))
+        commands = [Instruction(STOP_PROGRAM), *(Instruction(_MST, 0, motor) for motor in range(MOTORS))]
+        exchanges = [await self.target.exchange(command) for command in commands]
+        if any(exchange.status != Status.OK for exchange in exchanges):
+            raise wire.RefusalError("module", f"Not everything stopped: {exchanges[-1].meaning}.")
+
+    async def _watch(self, page: Page, call: wire.Watch) -> None:
+        page.watches = call.items[:MAX_WATCHES]
+        self.watches_changed()
+
+    async def _set_rate(self, page: Page, call: wire.SetRate) -> None:
+        page.rate_hz = max(0, min(MAX_RATE_HZ, call.hz))
+
+    async def _follow_log(self, page: Page, call: wire.FollowLog) -> None:
+        page.follow_log(call.on)
+
+    # The bench
+
+    @property
+    def _bench(self) -> Virtual:
+        if not isinstance(self.target, Virtual):
+            raise wire.RefusalError("real", "This is a real module: its surroundings are in your hands.")
+        return self.target
+
+    async def _set_bench(self, page: Page, call: wire.SetBench) -> None:
+        self._bench.set_bench(call)
+
+    async def _set_time(self, page: Page, call: wire.SetTime) -> None:
+        self._bench.set_time(call)
+
+    async def _step_time(self, page: Page, call: wire.StepTime) -> None:
+        self._bench.step_time(call)
+
+    async def _read_world(self, page: Page, call: wire.ReadWorld) -> wire.World:
+        return self._bench.hands.shape()
+
+    async def _read_eeprom(self, page: Page, call: wire.ReadEeprom) -> wire.Eeprom:
+        return self._bench.eeprom()
+
+    # Settings
+
+    async def _export_settings(self, page: Page, call: wire.ExportSettings) -> str:
+        from tmcm34x.ide.settings import to_tmcl, to_toml, wanted
+
+        items = wanted(self.target.model.number)
+        values = await self.target.read(items)
+        write = to_tmcl if call.format == "tmcl" else to_toml
+        return write(self.target.model, dict(zip(items, values, strict=True)))
+
+    async def _import_settings(self, page: Page, call: wire.ImportSettings) -> list[wire.Exchange]:
+        from tmcm34x.ide.settings import from_text
+
+        instructions = from_text(call.text, self.target.model.number)
+        return [await self._exchange(instruction) for instruction in instructions]
+
+    async def _ping(self, page: Page, call: wire.Ping) -> None:
+        return None
+
+
+MAX_WATCHES: Final = 8
+MAX_RATE_HZ: Final = 60
+
+_CONTROL: Final[Mapping[str, tuple[int, ...]]] = {
+    "run": (RESET_PROGRAM, RUN_PROGRAM),
+    "continue": (RUN_PROGRAM,),
+    "stop": (STOP_PROGRAM,),
+    "pause": (STOP_PROGRAM,),
+    "step": (STEP_PROGRAM,),
+    "step_over": (STEP_PROGRAM,),
+    "step_out": (STEP_PROGRAM,),
+    "reset": (RESET_PROGRAM,),
+}
+"""Control functions by action; a real module has no finer steps than 130."""
+
+_METHODS: Final[Mapping[type, Callable[..., Awaitable[object]]]] = {
+    call: getattr(Hub, f"_{call.__struct_config__.tag}") for call in wire.CALLS
+}

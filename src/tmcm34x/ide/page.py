@@ -1,0 +1,147 @@
+"""One window: its web socket, and what it is sent.
+
+Back pressure: state is packed when the socket has room, never before, so a slow browser gets fewer frames and
+nothing piles up.  Log lines that are not fetched in time are skipped and counted.  Answers cannot pile up because
+a page may have only so many calls under way.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+import traceback
+from collections import deque
+from typing import TYPE_CHECKING, Final
+
+import msgspec
+from starlette.websockets import WebSocketDisconnect, WebSocketState
+
+from tmcm34x.ide import wire
+from tmcm34x.ide.state import Frames
+
+if TYPE_CHECKING:
+    from starlette.websockets import WebSocket
+
+    from tmcm34x.ide.hub import Hub
+
+MAX_CALLS: Final = 64
+"""Calls of one page under way at a time."""
+MAX_EVENTS: Final = 2000
+"""Events that wait for one page; one that falls behind farther is cut off and may come back."""
+LOG_S: Final = 0.1
+MALFORMED: Final = 1007
+TOO_SLOW: Final = 1013
+
+_request = msgspec.json.Decoder(wire.Request)
+_event = msgspec.json.Encoder()
+
+
+class Page:
+    """A window at the other end of `socket`."""
+
+    def __init__(self, hub: Hub, socket: WebSocket) -> None:
+        self._hub = hub
+        self._socket = socket
+        self._events: deque[bytes] = deque()
+        self._wake = asyncio.Event()
+        self._frames = Frames()
+        self._calls: set[asyncio.Task[None]] = set()
+        self._log_from: int | None = None
+        self.rate_hz = 30
+        self.watches: list[wire.Watched] = []
+
+    def send(self, event: wire.Event) -> None:
+        """Let the page have an event, in order."""
+        self._events.append(_event.encode(event))
+        self._wake.set()
+
+    def follow_log(self, on: bool) -> None:
+        """Send log lines from the oldest kept on, or none."""
+        self._log_from = 0 if on else None
+
+    async def serve(self) -> None:
+        """Talk to the page until it goes."""
+        self._hub.join(self)
+        pumps = [
+            asyncio.create_task(work()) for work in (self._send_events, self._send_states, self._send_log)
+        ]
+        try:
+            await self._receive()
+        except WebSocketDisconnect:
+            pass
+        finally:
+            for task in (*pumps, *self._calls):
+                task.cancel()
+            await asyncio.gather(*pumps, return_exceptions=True)
+            self._hub.leave(self)
+
+    async def _receive(self) -> None:
+        while True:
+            message = await self._socket.receive()
+            if message["type"] == "websocket.disconnect":
+                return
+            text = message.get("text")
+            try:
+                if text is None:
+                    raise msgspec.DecodeError("not a text message")
+                number, call = _request.decode(text)
+            except (msgspec.DecodeError, UnicodeError) as error:
+                await self._socket.close(MALFORMED, str(error)[:100])
+                return
+            if len(self._calls) >= MAX_CALLS:
+                self.send(wire.Refusal(number, "busy", "Too many requests at a time."))
+                continue
+            task = asyncio.create_task(self._answer(number, call))
+            self._calls.add(task)
+            task.add_done_callback(self._calls.discard)
+
+    async def _answer(self, number: int, call: wire.Call) -> None:
+        try:
+            self.send(wire.Answer(number, await self._hub.answer(self, call)))
+        except wire.RefusalError as error:
+            self.send(wire.Refusal(number, error.code, str(error)))
+        except Exception as error:
+            self.send(wire.Refusal(number, "bug", f"The IDE's server has a bug: {error!r}"))
+            traceback.print_exc(file=sys.stderr)
+
+    async def _send_events(self) -> None:
+        while True:
+            await self._wake.wait()
+            self._wake.clear()
+            if len(self._events) > MAX_EVENTS:
+                await self._socket.close(TOO_SLOW, "this window is too slow")
+                return
+            while self._events:
+                await self._send(self._events.popleft(), text=True)
+
+    async def _send_states(self) -> None:
+        loop = asyncio.get_running_loop()
+        due = loop.time()
+        while True:
+            if self.rate_hz:
+                target = self._hub.target
+                watched = target.watched(self.watches) if self.watches else ()
+                frame = self._frames.frame(target.state(), watched)
+                if frame:
+                    await self._send(frame, text=False)
+                self._hub.check_memory()
+            due = max(due + 1 / (self.rate_hz or 2), loop.time())
+            await asyncio.sleep(due - loop.time())
+
+    async def _send_log(self) -> None:
+        while True:
+            await asyncio.sleep(LOG_S)
+            if self._log_from is None:
+                continue
+            lines = self._hub.telegrams.since(self._log_from)
+            if lines is not None:
+                self._log_from = lines.lines[-1].number
+                await self._send(_event.encode(lines), text=True)
+
+    async def _send(self, data: bytes, *, text: bool) -> None:
+        if self._socket.application_state is not WebSocketState.CONNECTED:
+            return
+        if text:
+            await self._socket.send_text(data.decode())
+        else:
+            await self._socket.send_bytes(data)

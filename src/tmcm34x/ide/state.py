@@ -1,0 +1,62 @@
+"""The module's state, packed for pages: a few bytes, and only what changed.
+
+Source: `wire.GROUPS`, which is the layout.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+from tmcm34x.ide import wire
+
+_LAYOUTS: Final = tuple(group.layout for group in wire.GROUPS)
+_INDEX: Final = {group.name: index for index, group in enumerate(wire.GROUPS)}
+_WATCHED: Final = struct.Struct("<i")
+
+State = list[bytes]
+"""One packed group for each of `wire.GROUPS`."""
+
+
+def empty() -> State:
+    """A module of which nothing is known."""
+    return [bytes(layout.size) for layout in _LAYOUTS]
+
+
+def put(state: State, group: str, *values: float) -> None:
+    """Pack `values` as `group`."""
+    index = _INDEX[group]
+    state[index] = _LAYOUTS[index].pack(*values)
+
+
+def bits(*flags: bool) -> int:
+    """Flags as a number, the first in bit 0."""
+    return sum(1 << bit for bit, on in enumerate(flags) if on)
+
+
+class Frames:
+    """State frames of one page: remembers what that page has."""
+
+    def __init__(self) -> None:
+        self._sent: list[bytes] = [b""] * len(_LAYOUTS)
+        self._watched = b""
+
+    def frame(self, state: Sequence[bytes], watched: Iterable[int] = ()) -> bytes:
+        """The frame that brings the page up to `state`; empty when it is there already."""
+        mask = 0
+        parts = [b""]
+        for index, group in enumerate(state):
+            if group != self._sent[index]:
+                self._sent[index] = group
+                mask |= 1 << index
+                parts.append(group)
+        values = b"".join(_WATCHED.pack(value) for value in watched)
+        if values != self._watched:
+            self._watched = values
+            mask |= 1 << wire.WATCH_BIT
+            parts.append(values)
+        if not mask:
+            return b""
+        parts[0] = bytes((mask,))
+        return b"".join(parts)

@@ -1,0 +1,52 @@
+"""What the IDE asks of a module, wherever it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from tmcm34x.board.models import Model
+from tmcm34x.ide import wire
+from tmcm34x.ide.state import State
+from tmcm34x.tmcl.datagram import Instruction
+
+Tell = Callable[[wire.Event], None]
+"""Takes an event for all pages."""
+
+
+class Target(Protocol):
+    """A module at the end of a line."""
+
+    source: wire.Source
+    place: str
+    """Port, address or bench, for people."""
+    model: Model
+    ability: wire.Ability
+
+    async def open(self, tell: Tell) -> None:
+        """Begin; `tell` takes events until `close`."""
+        ...
+
+    async def close(self) -> None:
+        """Let go of everything."""
+        ...
+
+    async def exchange(self, instruction: Instruction) -> wire.Exchange:
+        """Send a command and wait for its answer; status 0 is none in time."""
+        ...
+
+    async def read(self, items: Sequence[wire.Watched]) -> list[int | None]:
+        """Values of parameters and coordinates, None where there are none; leaves no trace in logs."""
+        ...
+
+    def state(self) -> State:
+        """Everything that is shown live, as of now."""
+        ...
+
+    def watched(self, items: Sequence[wire.Watched]) -> list[int]:
+        """Present values of watched parameters, 0 where there are none."""
+        ...
+
+    def watch(self, items: Sequence[wire.Watched]) -> None:
+        """All parameters that some page watches."""
+        ...

@@ -1,0 +1,313 @@
+"""The IDE's module when it is virtual: a bench in this process, paced by `server`.
+
+Commands go through a line like any other host's, so what the page shows of them is what a host would see.  State
+is read beside the line, which costs the module nothing.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+from tmcm34x import clock
+from tmcm34x.board.board import INPUTS
+from tmcm34x.firmware.drivers import FLAGS, LOAD_MAX, LOAD_SHIFT
+from tmcm34x.firmware.motion import A_ACTUAL, RAMP_MODE, STOP_SWITCHES, V_ACTUAL, V_TARGET, X_ACTUAL, X_TARGET
+from tmcm34x.ide import wire
+from tmcm34x.ide.debugger import Debugger
+from tmcm34x.ide.exchange import ASCII_MODE, FACTORY_RESET, answered, unanswered
+from tmcm34x.ide.hands import Hands
+from tmcm34x.ide.state import State, bits, empty, put
+from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS
+from tmcm34x.tmcl.datagram import SIZE, Instruction, pack_request
+from tmcm34x.tmcl.status import Status
+
+if TYPE_CHECKING:
+    from tmcm34x.bench import Rig
+    from tmcm34x.ide.debugger import Reason
+    from tmcm34x.ide.target import Tell
+    from tmcm34x.ide.telegrams import Telegrams
+    from tmcm34x.links import Peer
+    from tmcm34x.server import Server
+
+TIMEOUT_S: Final = 1.0
+"""Longest wait for an answer, on the wall clock."""
+LONGEST_STEP_MS: Final = 10_000
+COORDINATE_BANK: Final = -2
+
+_EVENT: Final = bytes((Status.POSITION_REACHED, 138))
+_GAP: Final = BY_MNEMONIC["GAP"].number
+_GGP: Final = BY_MNEMONIC["GGP"].number
+_ENCODER_NONE: Final = 0
+
+
+class Virtual:
+    """A module of a bench, `rig.modules[0]`, under `server`'s pacing."""
+
+    source: wire.Source = "virtual"
+
+    def __init__(self, server: Server, telegrams: Telegrams, place: str, memory_file: str) -> None:
+        self.server = server
+        self.rig: Rig = server.rig
+        self.module = self.rig.modules[0]
+        self.world = self.rig.worlds[0]
+        self.model = self.module.board.model
+        self.place = place
+        self.ability = wire.Ability(bench=True, debug=True, peek=True, language_server=False)
+        self.hands = Hands(self.world, place)
+        self.debugger = Debugger(self.module, self._held)
+        self.plugged = True
+        self._memory_file = memory_file
+        self._telegrams = telegrams
+        self._tell: Tell = lambda event: None
+        self._peer: Peer | None = None
+        self._lock = asyncio.Lock()
+        self._received = bytearray()
+        self._answer: asyncio.Future[bytes] | None = None
+        self._seen: tuple[int, float] | None = None
+        self._speed = 0.0
+        self._notable: tuple[int, ...] = ()
+
+    async def open(self, tell: Tell) -> None:
+        """Plug in the line; time begins to run."""
+        self._tell = tell
+        self._connect()
+        self.server.change_pace()
+
+    async def close(self) -> None:
+        """Unplug and save."""
+        self._disconnect()
+        await self.server.close()
+
+    # The line
+
+    def _connect(self) -> None:
+        self._peer = self.server.connect("IDE", self._take)
+
+    def _disconnect(self) -> None:
+        if self._peer is not None:
+            self._peer.disconnect()
+            self._peer = None
+
+    async def exchange(self, instruction: Instruction) -> wire.Exchange:
+        """Send a command and wait for its answer."""
+        async with self._lock:
+            sent = pack_request(self.module.address, instruction)
+            if not self.plugged:
+                return unanswered(instruction, sent, "no answer: the line is unplugged")
+            if not self.module.powered:
+                return unanswered(instruction, sent, "no answer: the module has no power")
+            assert self._peer is not None
+            self._received.clear()
+            self._answer = asyncio.get_running_loop().create_future()
+            self._telegrams.add(self.rig.now, "IDE", True, sent)
+            self._peer.receive(sent)
+            try:
+                received = await asyncio.wait_for(self._answer, self._patience(instruction))
+            except TimeoutError:
+                return unanswered(instruction, sent, self._silence(instruction))
+            finally:
+                self._answer = None
+            if instruction.number == ASCII_MODE:
+                self._reconnect()
+            return answered(instruction, sent, received)
+
+    def _patience(self, instruction: Instruction) -> float:
+        if instruction.number == FACTORY_RESET or self.module.silent:
+            return 0.05
+        return TIMEOUT_S
+
+    def _silence(self, instruction: Instruction) -> str:
+        if instruction.number == FACTORY_RESET:
+            return "done: this command is never answered"
+        if self.module.silent:
+            return "no answer: parameter 255 switches replies off"
+        if self.server.pace.paused:
+            return "no answer yet: time is held"
+        return "no answer in time"
+
+    def _reconnect(self) -> None:
+        """Leave the ASCII interface: the IDE speaks binary."""
+        self._disconnect()
+        self._connect()
+        self._tell(
+            wire.Output("information", "The ASCII interface was entered; the IDE has opened a new line.")
+        )
+
+    def _take(self, data: bytes) -> None:
+        """Bytes from the module; second replies of command 138 come by themselves."""
+        if not self.plugged:
+            return
+        self._received += data
+        while len(self._received) >= SIZE:
+            telegram = bytes(self._received[:SIZE])
+            del self._received[:SIZE]
+            self._telegrams.add(self.rig.now, "IDE", False, telegram)
+            if telegram[2:4] == _EVENT:
+                self._tell(wire.Happened(self.rig.now, "target", -1, "targets reached"))
+            elif self._answer is not None and not self._answer.done():
+                self._answer.set_result(telegram)
+
+    # Reading beside the line
+
+    async def read(self, items: Sequence[wire.Watched]) -> list[int | None]:
+        """Values of parameters and coordinates, as a command would read them."""
+        self.server.catch_up()
+        values = [self._read(item) for item in items]
+        self.server.settle()
+        return values
+
+    def _read(self, item: wire.Watched) -> int | None:
+        if not self.module.powered:
+            return None
+        if item.bank == COORDINATE_BANK:
+            coordinates = self.module.coordinates[item.motor] if 0 <= item.motor < MOTORS else []
+            return coordinates[item.number] if 0 <= item.number < len(coordinates) else None
+        if not (0 <= item.number <= 255 and 0 <= item.motor <= 255 and -1 <= item.bank <= 255):
+            return None
+        number, motor = (_GAP, item.motor) if item.bank < 0 else (_GGP, item.bank)
+        status, value = self.module.execute(Instruction(number, item.number, motor))
+        return value if status == Status.OK else None
+
+    def watch(self, items: Sequence[wire.Watched]) -> None:
+        """Nothing to prepare: everything can be read at any time."""
+
+    def watched(self, items: Sequence[wire.Watched]) -> list[int]:
+        """Present values of watched parameters."""
+        return [self._read(item) or 0 for item in items]
+
+    # State
+
+    def state(self) -> State:
+        """Everything that is shown live, as of now."""
+        self.server.catch_up()
+        state = empty()
+        self._put_time(state)
+        self._put_program(state)
+        for motor in range(MOTORS):
+            self._put_motor(state, motor)
+        self._put_board(state)
+        self.server.settle()
+        self._note()
+        return state
+
+    def _put_time(self, state: State) -> None:
+        pace, now = self.server.pace, self.rig.now
+        wall_s = pace.monotonic()
+        if self._seen is None:
+            self._seen = now, wall_s
+        elif wall_s - self._seen[1] >= 0.25:
+            self._speed = (now - self._seen[0]) / clock.HZ / (wall_s - self._seen[1])
+            self._seen = now, wall_s
+        speed = 0.0 if pace.paused else round(self._speed, 2)
+        flags = bits(pace.paused, self.module.powered, self.plugged)
+        put(state, "time", now, speed, pace.speed, flags)
+
+    def _put_program(self, state: State) -> None:
+        program = self.module.program
+        if program.active:
+            self.debugger.held = False
+        flags = bits(*program.flags.values(), program.downloading)
+        put(
+            state, "program", program.state, self.debugger.held and not program.active, flags, program.counter,
+            len(program.stack), program.accumulator, program.x,
+        )  # fmt: skip
+
+    def _put_motor(self, state: State, motor: int) -> None:
+        module, axis = self.module, self.module.axes[motor]
+        board = module.board
+        view = self.world.mounts[motor].view()
+        on = module.powered and board.enabled[motor] and board.currents[motor] > 0
+        word = module.drivers.status(motor) if module.powered and board.model.drivers else None
+        flags = bits(
+            axis.left_switch, axis.right_switch, axis.left_switch, axis.at_target,
+            bool(axis.read(STOP_SWITCHES[0])), bool(axis.read(STOP_SWITCHES[1])), on,
+            view.grip in {"stalled", "blocked"},
+        )  # fmt: skip
+        encoder = module.encoders.position(motor) if module.powered and module.encoders.interface else 0
+        put(
+            state, f"motor{motor}", axis.read(X_ACTUAL), axis.read(X_TARGET), axis.read(V_ACTUAL), axis.read(V_TARGET),
+            axis.read(A_ACTUAL), encoder, flags, 0 if word is None else LOAD_MAX - (word >> LOAD_SHIFT),
+            0 if word is None else word & FLAGS, board.currents[motor] if on else 0, axis.read(RAMP_MODE),
+            module.searches[motor].state, axis.values.get(140, 0), view.angle_rad, round(view.lost_fullsteps),
+            view.load, view.position,
+        )  # fmt: skip
+
+    def _put_board(self, state: State) -> None:
+        board = self.module.board
+        levels = (board.analog_input(n) for n in range(INPUTS))
+        put(state, "board", board.digital_inputs(), board.outputs, board.shutdown_level(), *levels)
+
+    def _note(self) -> None:
+        """Tell of what a plot should mark: the program's state and the switches."""
+        module = self.module
+        switches = [module.board.switch(motor, side) for motor in range(MOTORS) for side in ("left", "right")]
+        notable = (int(module.program.state), *map(int, switches), int(module.powered))
+        before, self._notable = self._notable, notable
+        if not before or before == notable:
+            return
+        if notable[0] != before[0]:
+            text = ("stop", "run", "step", "reset")[notable[0]]
+            self._tell(wire.Happened(self.rig.now, "program", -1, text))
+        for index in range(1, 1 + 2 * MOTORS):
+            if notable[index] != before[index]:
+                motor, side = divmod(index - 1, 2)
+                name = ("left", "right")[side]
+                text = f"{name} {'closed' if notable[index] else 'open'}"
+                self._tell(wire.Happened(self.rig.now, "switch", motor, text))
+        if notable[-1] != before[-1]:
+            self._tell(wire.Happened(self.rig.now, "power", -1, "power on" if notable[-1] else "power off"))
+
+    def _held(self, reason: Reason, address: int) -> None:
+        self._tell(wire.Paused(reason, address))
+        self._tell(wire.Happened(self.rig.now, "held", -1, f"{reason} at {address}"))
+
+    # The bench
+
+    def set_bench(self, call: wire.SetBench) -> None:
+        """Do what a hand would do."""
+        self.server.catch_up()
+        if call.what == "line":
+            self.plugged = bool(call.value)
+        else:
+            self.hands.do(call)
+        if call.what == "power":
+            self.debugger.release()
+        self.server.settle()
+        self._tell(wire.WorldChanged(self.hands.shape()))
+
+    def set_time(self, call: wire.SetTime) -> None:
+        """Hold time, let it go, change its speed."""
+        self.server.change_pace(speed=call.speed if call.speed >= 0 else None, paused=call.paused)
+        self._seen = None
+        self._speed = self.server.pace.speed
+
+    def step_time(self, call: wire.StepTime) -> None:
+        """Let a little time pass, and hold it."""
+        self.server.change_pace(paused=True)
+        span = max(0.0, min(LONGEST_STEP_MS, call.ms))
+        clock.run_until(self.rig, self.rig.now + round(span * clock.MS))
+        self.server.change_pace(paused=True)
+
+    def eeprom(self) -> wire.Eeprom:
+        """The module's memory."""
+        eeprom = self.module.eeprom
+        values = [
+            wire.StoredValue(-1, number, motor, value)
+            for motor, stored in enumerate(eeprom.axis_values)
+            for number, value in sorted(stored.items())
+        ]
+        values += [
+            wire.StoredValue(0, number, 0, value) for number, value in sorted(eeprom.global_values.items())
+        ]
+        values += [
+            wire.StoredValue(2, number, 0, value) for number, value in enumerate(eeprom.variables) if value
+        ]
+        values += [
+            wire.StoredValue(COORDINATE_BANK, number, motor, value)
+            for motor, stored in enumerate(eeprom.coordinates)
+            for number, value in enumerate(stored, 1)
+            if value
+        ]
+        return wire.Eeprom(eeprom.to_bytes().hex(), values, self._memory_file)

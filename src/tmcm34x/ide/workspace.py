@@ -1,0 +1,173 @@
+"""The opened folder: the only files that a page may see.
+
+A path is relative to the folder, with `/` between its parts.  Paths that lead outside, by `..` or by a symbolic
+link, are refused.  Texts are UTF-8, or Latin-1 where they are not; lines may end in LF or CR LF.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final, Literal
+
+from tmcm34x.ide.wire import FileEntry, FileText, RefusalError
+
+SUFFIXES: Final = frozenset({".tmc", ".inc", ".tml", ".txt", ".toml", ".md", ".csv", ".h"})
+"""Files that are shown and may be opened; programs and what lies beside them."""
+MAX_BYTES: Final = 4 << 20
+"""Longest file that an editor should show."""
+MAX_ENTRIES: Final = 2000
+MAX_DEPTH: Final = 6
+_HIDDEN: Final = frozenset({"node_modules", "__pycache__"})
+OVERWRITE: Final = "*"
+
+
+class Workspace:
+    """A folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder.resolve()
+
+    @classmethod
+    def of(cls, paths: Sequence[Path]) -> tuple[Workspace, list[str]]:
+        """The workspace for what the user named, and which files to show first."""
+        if len(paths) == 1 and paths[0].is_dir():
+            return cls(paths[0]), []
+        files = [path.resolve() for path in paths if not path.is_dir()]
+        folders = [path.parent for path in files] + [path.resolve() for path in paths if path.is_dir()]
+        workspace = cls(Path(os.path.commonpath(folders)) if folders else Path.cwd())
+        return workspace, [path.relative_to(workspace.folder).as_posix() for path in files]
+
+    def resolve(self, path: str) -> Path:
+        """The file that `path` names; refuses to leave the folder."""
+        if not path or "\0" in path or path.startswith(("/", "\\")):
+            raise RefusalError("path", f"{path!r} is not a path inside the opened folder.")
+        found = (self.folder / path).resolve()
+        if not found.is_relative_to(self.folder) or found == self.folder:
+            raise RefusalError("path", f"{path} leads out of the opened folder.")
+        return found
+
+    def name(self, path: Path) -> str:
+        """How pages call a file inside the folder."""
+        return path.relative_to(self.folder).as_posix()
+
+    def files(self) -> list[FileEntry]:
+        """Folders and files, in the order of a tree."""
+        entries: list[FileEntry] = []
+        self._walk(self.folder, "", entries)
+        return entries
+
+    def _walk(self, folder: Path, prefix: str, entries: list[FileEntry]) -> None:
+        try:
+            found = sorted(os.scandir(folder), key=lambda entry: (not entry.is_dir(), entry.name.lower()))
+        except OSError:
+            return
+        for entry in found:
+            if len(entries) >= MAX_ENTRIES:
+                return
+            path = prefix + entry.name
+            if entry.is_dir(follow_symlinks=False):
+                if entry.name.startswith(".") or entry.name in _HIDDEN or path.count("/") >= MAX_DEPTH:
+                    continue
+                before = len(entries)
+                entries.append(FileEntry(path, True, 0, ""))
+                self._walk(Path(entry.path), path + "/", entries)
+                if len(entries) == before + 1:
+                    entries.pop()
+            elif Path(entry.name).suffix.lower() in SUFFIXES and not entry.name.startswith("."):
+                try:
+                    entries.append(_entry(path, entry.stat()))
+                except OSError:
+                    continue
+
+    def read(self, path: str) -> FileText:
+        """The text of a file."""
+        file = self.resolve(path)
+        try:
+            status = file.stat()
+            if not stat.S_ISREG(status.st_mode):
+                raise RefusalError("kind", f"{path} is not a file.")
+            if status.st_size > MAX_BYTES:
+                raise RefusalError("size", f"{path} has {status.st_size >> 20} MB: too long to edit here.")
+            text = decode(file.read_bytes())
+        except OSError as error:
+            raise RefusalError("file", f"{path}: {error.strerror}") from error
+        if "\0" in text:
+            raise RefusalError("kind", f"{path} is not a text.")
+        newline: Literal["\n", "\r\n"] = "\r\n" if "\r\n" in text else "\n"
+        return FileText(path, text.replace("\r\n", "\n"), _entry(path, status).stamp, newline)
+
+    def write(self, path: str, text: str, stamp: str, newline: str) -> FileEntry:
+        """Save a text, whole or not at all; refuses when the file is no longer the one of `stamp`."""
+        file = self.resolve(path)
+        if file.suffix.lower() not in SUFFIXES:
+            raise RefusalError("kind", f"{path}: a name here ends in {', '.join(sorted(SUFFIXES))}.")
+        data = text.replace("\r\n", "\n").replace("\n", newline).encode("utf-8", "replace")
+        if len(data) > MAX_BYTES:
+            raise RefusalError("size", f"{path} would be too long.")
+        try:
+            if stamp != OVERWRITE and self._stamp(file) != stamp:
+                raise RefusalError("changed", f"{path} was changed outside.")
+            file.parent.mkdir(parents=True, exist_ok=True)
+            _replace(file, data)
+            return _entry(path, file.stat())
+        except OSError as error:
+            raise RefusalError("file", f"{path}: {error.strerror}") from error
+
+    def rename(self, path: str, to: str) -> None:
+        """Give a file another path."""
+        file, other = self.resolve(path), self.resolve(to)
+        if other.exists():
+            raise RefusalError("exists", f"{to} is there already.")
+        if other.suffix.lower() not in SUFFIXES:
+            raise RefusalError("kind", f"{to}: a name here ends in {', '.join(sorted(SUFFIXES))}.")
+        try:
+            other.parent.mkdir(parents=True, exist_ok=True)
+            file.rename(other)
+        except OSError as error:
+            raise RefusalError("file", f"{path}: {error.strerror}") from error
+
+    def delete(self, path: str) -> None:
+        """Remove a file."""
+        try:
+            self.resolve(path).unlink()
+        except OSError as error:
+            raise RefusalError("file", f"{path}: {error.strerror}") from error
+
+    def _stamp(self, file: Path) -> str:
+        try:
+            return _entry("", file.stat()).stamp
+        except FileNotFoundError:
+            return ""
+
+
+def decode(data: bytes) -> str:
+    """A text as editors of any age wrote it."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def _entry(path: str, status: os.stat_result) -> FileEntry:
+    return FileEntry(path, False, status.st_size, f"{status.st_mtime_ns:x}-{status.st_size:x}")
+
+
+def _replace(file: Path, data: bytes) -> None:
+    """Write beside the file, then put it in its place, with the permissions it had."""
+    mode = stat.S_IMODE(file.stat().st_mode) if file.exists() else 0o644
+    descriptor, name = tempfile.mkstemp(dir=file.parent, prefix=".", suffix=".part")
+    beside = Path(name)
+    try:
+        with os.fdopen(descriptor, "wb") as stream:
+            stream.write(data)
+            stream.flush()
+            os.fsync(stream.fileno())
+        beside.chmod(mode)
+        beside.replace(file)
+    except BaseException:
+        beside.unlink(missing_ok=True)
+        raise
