@@ -188,6 +188,25 @@ def test_a_name_that_is_nearly_right_gets_a_suggestion(text, hint):
     assert message(text).endswith(f"did you mean {hint}?")
 
 
+@pytest.mark.parametrize(
+    ("text", "fixed"),
+    [
+        ("MPV ABS, 0, 1", "MVP ABS, 0, 1"),
+        ("COMP 0xff", "COMP $ff"),
+        ("COMP 0B11 + 1", "COMP %11 + 1"),
+        ("STOP ; note", "STOP // note"),
+        ("Go STOP", "Go: STOP"),
+        ("CLE ETA", "CLE ETO"),
+        ("COMP sine(1)", "COMP SIN(1)"),
+    ],
+)
+def test_a_mistake_with_an_obvious_cure_offers_it(text, fixed):
+    (diagnostic,) = assemble(text).diagnostics
+    (edit,) = diagnostic.fixes[0].edits
+    assert text[: edit.location.column - 1] + edit.text + text[edit.location.end - 1 :] == fixed
+    assert assemble(fixed).ok
+
+
 def test_a_forgotten_colon_is_recognised():
     assert "':'" in message("Loop JA Loop")
     assert "':'" in message("Beginning")

@@ -59,7 +59,8 @@ def test_what_has_no_value_is_told(text):
         return
     with pytest.raises(ExpressionError) as caught:
         value(text)
-    assert 0 <= caught.value.start < caught.value.end <= len(text)
+    _, start, end, *_ = caught.value.problem
+    assert 0 <= start < end <= len(text)
 
 
 @given(st.recursive(

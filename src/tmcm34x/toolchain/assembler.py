@@ -19,10 +19,10 @@ from typing import Final, Literal, NamedTuple
 from tmcm34x.tmcl.commands import BY_MNEMONIC, FOREIGN_COMMANDS, PROGRAM_SIZE
 from tmcm34x.tmcl.commands import Command as Row
 from tmcm34x.tmcl.datagram import Instruction
-from tmcm34x.toolchain.diagnostics import Diagnostic, Location, has_errors, shown
-from tmcm34x.toolchain.expressions import FUNCTIONS, Expression, ExpressionError, evaluate
+from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Fix, Location, did_you_mean, has_errors, shown
+from tmcm34x.toolchain.expressions import FUNCTIONS, ExpressionError, Operand, evaluate
 from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Line, parse_line
-from tmcm34x.toolchain.tokens import Token, make, split_lines
+from tmcm34x.toolchain.tokens import Token, make, number_value, split_lines
 
 IncludeReader = Callable[[str, str], tuple[str, str]]
 """Called with a file as an `#include` names it and with the name of the including file; returns the full
@@ -32,7 +32,11 @@ INCLUDE_DEPTH: Final = 32
 _SUGGESTIONS: Final = 50
 """Misspelt names of one text that get a suggestion: looking for one takes a while."""
 
-_FIELDS: Final = {"type": 0, "motor": 1, "value": 2}
+_LONGEST: Final = 64
+_FIELDS: Final = {"type": 1, "motor": 2, "value": 3}
+"""Places of the fields in an `Instruction`."""
+_VALUE: Final = _FIELDS["value"]
+_BYTE: Final = 255
 _DATA_FIELDS: Final = ("number", "type", "motor", "value")
 
 
@@ -53,13 +57,22 @@ class Code(NamedTuple):
 
     row: of the command; None for a DATA line or where the mnemonic is wrong
     instruction: None where the line has mistakes
-    location: of the command without its labels and comment
+    line: the parsed source line, number `number` of `file`
     """
 
     row: Row | None
     instruction: Instruction | None
-    location: Location
+    file: str
+    number: int
     line: Line
+
+    @property
+    def location(self) -> Location:
+        """Of the command without its labels and comment."""
+        statement = self.line.statement
+        if isinstance(statement, Command | Data):
+            return Location(self.file, self.number, statement.start + 1, statement.end + 1)
+        return Location(self.file, self.number, 1, 1)
 
 
 class Assembly(NamedTuple):
@@ -164,7 +177,11 @@ class _Assembler:
         self.walk(file_name, text)
         code = [self.encode(item) for item in self.pending]
         if append_stop and not (code and code[-1].row is _STOP):
-            code.append(self.appended_stop(file_name))
+            code.append(
+                Code(
+                    _STOP, Instruction(_STOP.number), file_name, len(self.sources[file_name]), parse_line("")
+                )
+            )
         if len(code) > PROGRAM_SIZE:
             text = f"the program has {len(code)} instructions; the memory takes {PROGRAM_SIZE}"
             self.diagnostics.append(Diagnostic(code[PROGRAM_SIZE].location, "error", "E601", text))
@@ -229,16 +246,15 @@ class _Assembler:
             try:
                 value = evaluate(statement.value, self.earlier_constant)
             except ExpressionError as error:
-                self.report(error.code, error.start, error.end, error.text)
+                self.report(*error.problem)
         self.define(statement.name, "constant", value, line)
 
     def earlier_constant(self, name: Token) -> float:
         symbol = self.symbols.get(name.text.upper())
         if symbol is None:
-            suggestion = self.suggestion(name.text, self.symbols)
-            raise ExpressionError(
-                "E303", name.start, name.end, f"{shown(name.text)} is not defined above this line{suggestion}"
-            )
+            nearest = self.nearest(name.text, self.symbols)
+            text = f"{shown(name.text)} is not defined above this line{did_you_mean(nearest)}"
+            raise ExpressionError("E303", name.start, name.end, text, nearest)
         return self.constant_value(name, symbol)
 
     def define(self, name: Token, kind: Literal["label", "constant"], value: float, line: Line) -> None:
@@ -251,7 +267,8 @@ class _Assembler:
                 "E302", name.start, name.end, f"{shown(name.text)} is already a {known.kind} ({where})"
             )
             return
-        comment = line.comment.text.lstrip("/! \t").rstrip() if line.comment is not None else ""
+        text = self.sources[self.file][self.number - 1]
+        comment = "" if line.comment is None else text[line.comment :].lstrip("/! \t").rstrip()
         self.symbols[key] = Symbol(
             name.text, kind, value, self.location(name.start, name.end), comment=comment
         )
@@ -259,77 +276,76 @@ class _Assembler:
     # Second pass
 
     def encode(self, item: _Pending) -> Code:
-        statement, self.file, self.number, line = item
+        statement, file, number, line = item
+        self.file, self.number = file, number
         if isinstance(statement, Data):
-            location = self.location(statement.keyword.start, statement.end)
-            return Code(None, self.data(statement), location, line)
-        mnemonic = statement.mnemonic
-        location = make(Location, (self.file, self.number, mnemonic.start + 1, statement.end + 1))
-        shape = _SHAPES.get(mnemonic.text.upper())
+            return Code(None, self.data(statement), file, number, line)
+        shape = _SHAPES.get(statement.mnemonic.upper())
         if shape is None:
             self.unknown_command(statement)
-            return Code(None, None, location, line)
-        return make(Code, (shape.row, self.command(statement, shape), location, line))
+            return Code(None, None, file, number, line)
+        return make(Code, (shape.row, self.command(statement, shape), file, number, line))
 
     def command(self, statement: Command, shape: _Shape) -> Instruction | None:
-        operands = statement.operands
-        count = len(operands)
-        if not shape.required <= count <= len(shape.places) and not self.right_count(statement, shape):
+        operands, places = statement.operands, shape.places
+        if not shape.required <= len(operands) <= len(places) and not self.right_count(statement, shape):
             return None
-        fields = [0, 0, 0]
-        good = True
-        for operand, (target, words, address) in zip(operands, shape.places, strict=False):
-            if operand is None:
-                good = False
-                continue
+        fields: list[int | None] = [shape.row.number, 0, 0, 0]
+        for operand, (target, words, address) in zip(operands, places, strict=False):
             if words is None:
-                value = self.integer(operand, target, address)
-            elif operand.name is None or (value := words.get(operand.name.text.upper())) is None:
-                value = None
-                self.wrong_word(operand, words, shape.row)
-            if value is None:
-                good = False
+                fields[target] = self.integer(operand, target, address)
             else:
-                fields[target] = value
-        return make(Instruction, (shape.row.number, *fields)) if good else None
+                fields[target] = self.word(operand, words, shape.row)
+        return None if None in fields else make(Instruction, tuple(fields))
 
     def right_count(self, statement: Command, shape: _Shape) -> bool:
         """Whether another number of operands than the row's is still right; reports when not."""
-        row, operands, mnemonic = shape.row, statement.operands, statement.mnemonic
+        row, operands, first = shape.row, statement.operands, statement.start
         if len(operands) > len(shape.places):
             extra = operands[len(shape.places)]
-            start, end = (extra.start, statement.end) if extra else (mnemonic.start, statement.end)
-            self.report("E204", start, end, f"too many operands for {row.mnemonic}: {row.syntax}")
+            start = extra.start if extra is not None else first
+            self.report("E204", start, statement.end, f"too many operands for {row.mnemonic}: {row.syntax}")
             return False
-        first = operands[0] if operands else None
-        if row is _CALC and first is not None and first.name is not None and first.name.text.upper() == "NOT":
+        if (
+            row is _CALC
+            and len(operands) == 1
+            and isinstance(operands[0], Token)
+            and operands[0].text.upper() == "NOT"
+        ):
             return True
         if operands and operands[-1] is None:
             return False
         missing = row.operands[len(operands)].name
-        self.report("E203", mnemonic.start, statement.end, f"{row.mnemonic} needs a {missing}: {row.syntax}")
+        self.report("E203", first, statement.end, f"{row.mnemonic} needs a {missing}: {row.syntax}")
         return False
 
-    def wrong_word(self, operand: Expression, words: Mapping[str, int], row: Row) -> None:
-        name = operand.name
-        suggestion = self.suggestion(name.text, words) if name is not None else ""
-        text = f"{row.mnemonic} takes one of {', '.join(words)} here{suggestion}"
-        self.report("E205", operand.start, operand.end, text)
-
-    def integer(self, operand: Expression, target: int, address: bool) -> int | None:
-        value = operand.value
-        if value is not None and 0 <= value <= 255 and value.is_integer():
-            return int(value)
+    def word(self, operand: Operand | None, words: Mapping[str, int], row: Row) -> int | None:
+        if operand is None:
+            return None
+        text = operand.text if isinstance(operand, Token) else ""
+        value = words.get(text.upper())
         if value is None:
-            try:
-                if address and operand.name is not None:
-                    value = self.jump_target(operand.name)
-                else:
-                    value = evaluate(operand, self.named_value)
-            except ExpressionError as error:
-                self.report(error.code, error.start, error.end, error.text)
-                return None
-        low, high = (-(2**31), 2**32 - 1) if target == 2 else (0, 255)
+            nearest = self.nearest(text, words)
+            text = f"{row.mnemonic} takes one of {', '.join(words)} here{did_you_mean(nearest)}"
+            self.report("E205", operand.start, operand.end, text, nearest)
+        return value
+
+    def integer(self, operand: Operand | None, target: int, address: bool) -> int | None:
+        if operand is None:
+            return None
+        try:
+            if isinstance(operand, Token) and operand.kind == "number":
+                value = number_value(operand.text)
+            elif address and isinstance(operand, Token):
+                value = self.jump_target(operand)
+            else:
+                value = evaluate(operand, self.named_value)
+        except ExpressionError as error:
+            self.report(*error.problem)
+            return None
+        if isinstance(value, int) and 0 <= value <= _BYTE:
+            return value
+        low, high = (-(2**31), 2**32 - 1) if target == _VALUE else (0, _BYTE)
         if low - 0.5 <= value < high + 0.5:
             number = round(value)
             if low <= number <= high:
@@ -361,59 +377,53 @@ class _Assembler:
         operands = statement.operands
         if len(operands) != len(_DATA_FIELDS):
             text = f"DATA takes four numbers: {', '.join(_DATA_FIELDS)}"
-            self.report("E103", statement.keyword.start, statement.end, text)
+            self.report("E103", statement.start, statement.end, text)
             return None
-        values = [
-            None if operand is None else self.integer(operand, 2 if index == 3 else 0, address=False)
-            for index, operand in enumerate(operands)
-        ]
-        if None in values:
-            return None
-        return Instruction(*values)  # type: ignore[arg-type]
-
-    def appended_stop(self, file_name: str) -> Code:
-        number = len(self.sources[file_name])
-        column = len(self.sources[file_name][-1]) + 1
-        location = Location(file_name, number, column, column)
-        return Code(_STOP, Instruction(_STOP.number), location, self.lines[file_name][-1])
+        fields = [self.integer(operand, index, address=False) for index, operand in enumerate(operands)]
+        return None if None in fields else make(Instruction, tuple(fields))
 
     # Diagnostics
 
     def unknown_command(self, statement: Command) -> None:
-        mnemonic = statement.mnemonic
-        name = mnemonic.text.upper()
-        start, end = mnemonic.start, mnemonic.end
+        name, start = statement.mnemonic.upper(), statement.start
+        end = start + len(name)
         number = FOREIGN_COMMANDS.get(name)
         if number is not None:
             text = f"{name} (command {number}) belongs to other TMCL firmware; a TMCM-34x does not have it"
             self.report("E202", start, end, text)
             return
-        hint = self.suggestion(name, (*BY_MNEMONIC, *FOREIGN_COMMANDS))
-        if not hint and not statement.operands:
+        nearest = self.nearest(name, BY_MNEMONIC)
+        hint = did_you_mean(nearest)
+        if not nearest and not statement.operands:
             hint = "; a label ends with ':'"
-        self.report("E201", start, end, f"no command {shown(mnemonic.text)}{hint}")
+        self.report("E201", start, end, f"no command {shown(statement.mnemonic)}{hint}", nearest)
 
     def unknown_name(self, name: Token, wanted: str) -> ExpressionError:
         key = name.text.upper()
         if key in FUNCTIONS:
             text = f"the function {key} needs its operand in parentheses"
-        else:
-            suggestion = self.suggestion(name.text, (n for n, s in self.symbols.items() if s.kind == wanted))
-            text = f"no {wanted} {shown(name.text)}{suggestion}"
-        return ExpressionError("E301", name.start, name.end, text)
+            return ExpressionError("E301", name.start, name.end, text)
+        nearest = self.nearest(key, (n for n, symbol in self.symbols.items() if symbol.kind == wanted))
+        text = f"no {wanted} {shown(name.text)}{did_you_mean(nearest)}"
+        return ExpressionError("E301", name.start, name.end, text, nearest)
 
-    def suggestion(self, name: str, candidates: Iterable[str]) -> str:
-        if self.suggestions <= 0 or len(name) > 64:
+    def nearest(self, name: str, candidates: Iterable[str]) -> str:
+        """The candidate that `name` may be a misspelling of, as it is defined; empty where there is none."""
+        if self.suggestions <= 0 or not 0 < len(name) <= _LONGEST:
             return ""
         self.suggestions -= 1
         close = difflib.get_close_matches(name.upper(), list(candidates), n=1, cutoff=0.6)
         if not close:
             return ""
         symbol = self.symbols.get(close[0])
-        return f"; did you mean {symbol.name if symbol else close[0]}?"
+        return symbol.name if symbol else close[0]
 
-    def report(self, code: str, start: int, end: int, text: str) -> None:
-        self.diagnostics.append(Diagnostic(self.location(start, end), "error", code, text))
+    def report(self, code: str, start: int, end: int, text: str, replacement: str = "") -> None:
+        location = self.location(start, end)
+        fixes = (
+            (Fix(f"Change to {shown(replacement)}", (Edit(location, replacement),)),) if replacement else ()
+        )
+        self.diagnostics.append(Diagnostic(location, "error", code, text, fixes))
 
     def location(self, start: int, end: int) -> Location:
         return Location(self.file, self.number, start + 1, end + 1)

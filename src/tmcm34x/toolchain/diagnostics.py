@@ -82,6 +82,11 @@ def shown(text: str) -> str:
     return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
+def did_you_mean(nearest: str) -> str:
+    """The end of a message about a name that may be a misspelling of another."""
+    return f"; did you mean {nearest}?" if nearest else ""
+
+
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
     """Whether one of them forbids a program."""
     return any(diagnostic.severity == "error" for diagnostic in diagnostics)

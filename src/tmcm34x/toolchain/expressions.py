@@ -16,13 +16,14 @@ Source: facts of the TMCL-IDE's assembler; see docs/language.md.
 
 from __future__ import annotations
 
+import difflib
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from tmcm34x.toolchain.diagnostics import shown
+from tmcm34x.toolchain.diagnostics import did_you_mean, shown
 from tmcm34x.toolchain.tokens import Token, number_value
 
 
@@ -92,38 +93,34 @@ Step = tuple[str, Token, object]
 
 
 class Expression(NamedTuple):
-    """A compiled expression at the columns `start` to `end` of its line.
-
-    value: of a number that stands alone, with or without a minus
-    name: the token of a name that stands alone
-    steps: of everything else
-    """
+    """A compiled expression at the columns `start` to `end` of its line."""
 
     start: int
     end: int
-    value: float | None
-    name: Token | None
     steps: tuple[Step, ...]
 
 
+Operand = Token | Expression
+"""A number, with a minus or not, or a name that stands alone is its token; all else is compiled."""
+
+
 class ExpressionError(Exception):
-    """An expression that cannot be compiled or has no value; `start` and `end` tell where it hurts."""
+    """An expression that cannot be compiled or has no value.
 
-    def __init__(self, code: str, start: int, end: int, text: str) -> None:
+    start, end: columns, from 0, of what is wrong with it
+    replacement: what would be right there, where that is known
+    """
+
+    def __init__(self, code: str, start: int, end: int, text: str, replacement: str = "") -> None:
         super().__init__(text)
-        self.code, self.start, self.end, self.text = code, start, end, text
+        self.problem = (code, start, end, text, replacement)
 
 
-def compile_expression(tokens: Sequence[Token]) -> Expression:
+def compile_expression(tokens: Sequence[Token]) -> Operand:
     """The expression in `tokens`, at least one; raises `ExpressionError` where it is not well formed."""
     first = tokens[0]
-    if len(tokens) == 1:
-        if first.kind == "number":
-            return Expression(first.start, first.end, number_value(first.text), None, ())
-        if first.kind == "name":
-            return Expression(first.start, first.end, None, first, ())
-    elif len(tokens) == 2 and first.text == "-" and tokens[1].kind == "number":
-        return Expression(first.start, tokens[1].end, -number_value(tokens[1].text), None, ())
+    if len(tokens) == 1 and first.kind in ("number", "name"):
+        return first
     return _Compiler(tokens).run()
 
 
@@ -150,7 +147,7 @@ class _Compiler:
         if self.waiting:
             opening = self.waiting[-1][1][1]
             raise ExpressionError("E103", opening.start, opening.end, "this parenthesis is never closed")
-        return Expression(self.tokens[0].start, last.end, None, None, tuple(self.steps))
+        return Expression(self.tokens[0].start, last.end, tuple(self.steps))
 
     def take_operand(self, index: int, token: Token) -> bool:
         """Takes a token where an operand may begin; tells whether one is still wanted."""
@@ -161,7 +158,7 @@ class _Compiler:
             if index + 1 < len(self.tokens) and self.tokens[index + 1].text == "(":
                 function = FUNCTIONS.get(token.text.upper())
                 if function is None:
-                    raise ExpressionError("E301", token.start, token.end, f"no function {shown(token.text)}")
+                    raise _unknown_function(token)
                 self.waiting.append((5, ("unary", token, function.call)))
                 return True
             self.steps.append(("name", token, None))
@@ -199,14 +196,19 @@ class _Compiler:
             self.steps.append(self.waiting.pop()[1])
 
 
-def evaluate(expression: Expression, value_of: Callable[[Token], float]) -> float:
-    """The expression's value; `value_of` gives those of names, and may raise `ExpressionError` itself."""
-    if expression.value is not None:
-        return expression.value
-    if expression.name is not None:
-        return value_of(expression.name)
+def _unknown_function(token: Token) -> ExpressionError:
+    close = difflib.get_close_matches(token.text[:16].upper(), FUNCTIONS, n=1)
+    nearest = close[0] if close else ""
+    text = f"no function {shown(token.text)}{did_you_mean(nearest)}"
+    return ExpressionError("E301", token.start, token.end, text, nearest)
+
+
+def evaluate(operand: Operand, value_of: Callable[[Token], float]) -> float:
+    """The operand's value; `value_of` gives those of names, and may raise `ExpressionError` itself."""
+    if isinstance(operand, Token):
+        return value_of(operand) if operand.kind == "name" else number_value(operand.text)
     stack: list[float] = []
-    for kind, token, what in expression.steps:
+    for kind, token, what in operand.steps:
         if kind == "number":
             stack.append(what)  # type: ignore[arg-type]
         elif kind == "name":
@@ -232,19 +234,21 @@ def _apply(token: Token, call: Callable[..., float], operands: list[float]) -> f
 
 def lexical_error(token: Token) -> ExpressionError:
     """Why a `malformed` or `stray` token cannot stand in a source text."""
-    text = token.text
+    text, replacement = token.text, ""
     if token.kind == "malformed":
-        if text[:2].lower() == "0x":
-            hint = f"; hexadecimal numbers are written ${shown(text[2:])}"
-        elif text[:2].lower() == "0b":
-            hint = f"; binary numbers are written %{shown(text[2:])}"
-        else:
-            hint = ""
-        return ExpressionError("E102", token.start, token.end, f"{shown(text)} is not a number{hint}")
-    hint = "; a comment begins with //" if text[0] == ";" else ""
-    return ExpressionError(
-        "E101", token.start, token.end, f"{quoted(token)} is not part of the language{hint}"
-    )
+        hint = ""
+        for prefix, ours, name in (("0x", "$", "hexadecimal"), ("0b", "%", "binary")):
+            if text[:2].lower() == prefix and len(text) > len(prefix):
+                replacement = ours + text[len(prefix) :]
+                hint = f"; {name} numbers are written {shown(replacement)}"
+        return ExpressionError(
+            "E102", token.start, token.end, f"{shown(text)} is not a number{hint}", replacement
+        )
+    hint = ""
+    if text[0] == ";":
+        hint, replacement = "; a comment begins with //", "//" + text[1:]
+    text = f"{quoted(token)} is not part of the language{hint}"
+    return ExpressionError("E101", token.start, token.end, text, replacement)
 
 
 def quoted(token: Token) -> str:

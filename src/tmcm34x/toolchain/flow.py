@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 
-from tmcm34x.tmcl.commands import BY_MNEMONIC
+from tmcm34x.tmcl.commands import BY_MNEMONIC, STACK_DEPTH
 from tmcm34x.tmcl.datagram import Instruction
 
 JC, JA, CSUB, RSUB, STOP = (BY_MNEMONIC[name].number for name in ("JC", "JA", "CSUB", "RSUB", "STOP"))
@@ -67,20 +67,13 @@ class Flow:
     @cached_property
     def recursive(self) -> frozenset[int]:
         """The CSUBs that can be executed again before their subroutine is back."""
-        return frozenset(self._calls_within(self._place))
+        place = self._place
+        return frozenset(a for a, target in self.calls.items() if a in place and place[a] == place[target])
 
     @cached_property
     def depth(self) -> dict[int, int]:
         """The greatest number of calls that can be open at each reachable address, recursion left aside."""
-        levels = [0] * len(self._components)
-        for number, component in enumerate(self._components):
-            for address in component:
-                target = self.calls.get(address)
-                for following in self.edges[address]:
-                    other = self._place[following]
-                    if other != number:
-                        levels[other] = max(levels[other], levels[number] + (following == target))
-        return {address: levels[number] for address, number in self._place.items()}
+        return self._depth(self.edges, self._components, of_recursion=0)
 
     @cached_property
     def looping(self) -> frozenset[int]:
@@ -134,19 +127,32 @@ class Flow:
 
     @cached_property
     def _overflowing(self) -> frozenset[int]:
-        """The calls that recursion may repeat until they are ignored, which is as good as coming back."""
-        edges = [(*steps, self.calls[n]) if n in self.calls else steps for n, steps in enumerate(self._jumps)]
+        """The calls that may find the stack full, and are ignored then: as good as coming back."""
+        calls = self.calls
+        edges = [(*steps, calls[n]) if n in calls else steps for n, steps in enumerate(self._jumps)]
         components = _components([*edges, ()], range(self.end))
-        return frozenset(self._calls_within({a: n for n, found in enumerate(components) for a in found}))
+        depth = self._depth([*edges, ()], components, of_recursion=STACK_DEPTH)
+        return frozenset(address for address in calls if depth[address] >= STACK_DEPTH)
+
+    def _depth(self, edges: Edges, components: list[list[int]], of_recursion: int) -> dict[int, int]:
+        """The greatest number of open calls at each address of `components`, which are in order."""
+        place = {address: number for number, component in enumerate(components) for address in component}
+        levels = [0] * len(components)
+        for number, component in enumerate(components):
+            if any(place[self.calls[address]] == number for address in component if address in self.calls):
+                levels[number] = max(levels[number], of_recursion)
+            for address in component:
+                target = self.calls.get(address)
+                for following in edges[address]:
+                    other = place[following]
+                    if other != number:
+                        levels[other] = max(levels[other], levels[number] + (following == target))
+        return {address: levels[number] for address, number in place.items()}
 
     def _comes_back(self, address: int, returning: set[int]) -> bool:
         """Whether the program can go on behind an address that may be a call."""
         target = self.calls.get(address)
         return target is None or target in returning or address in self._overflowing
-
-    def _calls_within(self, place: dict[int, int]) -> Iterable[int]:
-        """The calls whose subroutine can come to them again, by the components of all addresses."""
-        return (a for a, target in self.calls.items() if a in place and place[a] == place[target])
 
     @cached_property
     def _place(self) -> dict[int, int]:

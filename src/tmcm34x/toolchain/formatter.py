@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Final
 
 from tmcm34x.tmcl.commands import BY_MNEMONIC
-from tmcm34x.toolchain.expressions import Expression
+from tmcm34x.toolchain.expressions import Operand
 from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Line, parse_line
 from tmcm34x.toolchain.tokens import Token, split_lines, tokenize
 
@@ -60,7 +60,7 @@ class _Formatter:
         low, high = _COMMENT_COLUMN
         column = max(
             (len(code) + 2 for code, line in zip(codes, self.lines, strict=True)
-             if code and line.comment and len(code) + 2 <= high),
+             if code and line.comment is not None and len(code) + 2 <= high),
             default=low,
         )  # fmt: skip
         column = max(column, low)
@@ -73,14 +73,14 @@ class _Formatter:
             elif comment is None:
                 out.append(code)
             elif code:
-                out.append(f"{code}{' ' * max(2, column - len(code))}{comment.text.rstrip()}")
+                out.append(f"{code}{' ' * max(2, column - len(code))}{text[comment:].rstrip()}")
             else:
                 # A comment that goes on below another one stays below it.
-                beside = beside and comment.start > self.mnemonic_column
-                indent = 0 if comment.start == 0 else column if beside else self.mnemonic_column
-                out.append(" " * indent + comment.text.rstrip())
+                beside = beside and comment > self.mnemonic_column
+                indent = 0 if comment == 0 else column if beside else self.mnemonic_column
+                out.append(" " * indent + text[comment:].rstrip())
                 continue
-            beside = bool(code and comment)
+            beside = bool(code) and comment is not None
         return out
 
     def label_width(self) -> int:
@@ -111,7 +111,7 @@ class _Formatter:
         line, text = self.lines[index], self.texts[index]
         statement = line.statement
         if line.problems or (
-            isinstance(statement, Command) and statement.mnemonic.text.upper() not in BY_MNEMONIC
+            isinstance(statement, Command) and statement.mnemonic.upper() not in BY_MNEMONIC
         ):
             return None
         labels = _labels(line)
@@ -135,7 +135,7 @@ def _labels(line: Line) -> str:
 
 
 def _command(text: str, command: Command) -> str:
-    row = BY_MNEMONIC[command.mnemonic.text.upper()]
+    row = BY_MNEMONIC[command.mnemonic.upper()]
     words = [operand.words for operand in row.operands]
     texts = [
         _text(text, operand).upper() if index < len(words) and words[index] else _text(text, operand)
@@ -144,5 +144,5 @@ def _command(text: str, command: Command) -> str:
     return f"{row.mnemonic:<{_MNEMONIC_WIDTH}}{', '.join(texts)}".rstrip()
 
 
-def _text(text: str, expression: Expression | None) -> str:
-    return "" if expression is None else format_expression(text[expression.start : expression.end])
+def _text(text: str, operand: Operand | None) -> str:
+    return "" if operand is None else format_expression(text[operand.start : operand.end])

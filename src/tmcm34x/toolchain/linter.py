@@ -162,7 +162,8 @@ class _Linter:
     def report(self, code: str, location: Location, text: str, fixes: Iterable[Fix] = ()) -> None:
         line = self.assembly.lines[location.file][location.line - 1]
         if line.comment is not None:
-            ignored = ignored_codes(line.comment.text)
+            text_of_line = self.assembly.sources[location.file][location.line - 1]
+            ignored = ignored_codes(text_of_line[line.comment :])
             if ignored is None or code in ignored:
                 return
         self.found.append(Diagnostic(location, RULES[code].severity, code, text, tuple(fixes)))

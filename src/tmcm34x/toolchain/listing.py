@@ -22,7 +22,7 @@ _HEAD = "address  image                    line  source"
 def listing(assembly: Assembly) -> str:
     """The source of `assembly` with addresses and bytes beside it."""
     codes: dict[tuple[str, int], tuple[int, Code]] = {
-        code.location[:2]: (address, code) for address, code in enumerate(assembly.code)
+        (code.file, code.number): (address, code) for address, code in enumerate(assembly.code)
     }
     lines = [_HEAD]
     for file, number in _source_lines(assembly, assembly.file, {assembly.file}):

@@ -22,39 +22,42 @@ from typing import Final, NamedTuple
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.toolchain.diagnostics import shown
 from tmcm34x.toolchain.expressions import (
-    Expression,
     ExpressionError,
+    Operand,
     compile_expression,
     lexical_error,
     quoted,
 )
-from tmcm34x.toolchain.tokens import BLANK, Token, make, tokenize
+from tmcm34x.toolchain.tokens import BLANKS, Token, make, tokenize
 
-_BLANKS: Final = rf"{BLANK}*+"
+_BLANKS: Final = rf"[{BLANKS}]*+"
 _NAME: Final = r"[A-Za-z_]\w*+"
 _LABEL: Final = re.compile(rf"({_NAME}){_BLANKS}:", re.ASCII)
 _HEAD: Final = re.compile(rf"{_BLANKS}((?:{_NAME}{_BLANKS}:{_BLANKS})*+)({_NAME})?{_BLANKS}(=)?", re.ASCII)
 _NEXT_WORD: Final = re.compile(rf"{_BLANKS}({_NAME})", re.ASCII)
-_PLAIN: Final = re.compile(rf"{_BLANKS}(?:(-?\d{{1,15}}+)|({_NAME})){_BLANKS}", re.ASCII)
-"""Nearly all operands: a whole number or a name."""
 _DATA: Final = re.compile(rf"//!{_BLANKS}(DATA)\b", re.IGNORECASE | re.ASCII)
 _INCLUDE: Final = re.compile(rf"{_BLANKS}(#{_BLANKS}(\w*)){_BLANKS}", re.ASCII)
 
 
 class Problem(NamedTuple):
-    """A mistake in one line; columns count from 0."""
+    """A mistake in one line; columns count from 0; `replacement` is what would be right, where that is known."""
 
     code: str
     start: int
     end: int
     text: str
+    replacement: str = ""
+
+
+Operands = tuple[Operand | None, ...]
 
 
 class Command(NamedTuple):
-    """A mnemonic and its operands; an operand that could not be parsed is None."""
+    """A mnemonic as written and its operands; an operand that could not be parsed is None."""
 
-    mnemonic: Token
-    operands: tuple[Expression | None, ...]
+    mnemonic: str
+    start: int
+    operands: Operands
     end: int
 
 
@@ -62,7 +65,7 @@ class Constant(NamedTuple):
     """`name = value`; value is None when it could not be parsed."""
 
     name: Token
-    value: Expression | None
+    value: Operand | None
 
 
 class Include(NamedTuple):
@@ -76,8 +79,8 @@ class Include(NamedTuple):
 class Data(NamedTuple):
     """`//! DATA number, type, motor, value`."""
 
-    keyword: Token
-    operands: tuple[Expression | None, ...]
+    start: int
+    operands: Operands
     end: int
 
 
@@ -85,114 +88,110 @@ Statement = Command | Constant | Include | Data
 
 
 class Line(NamedTuple):
-    """What one line holds."""
+    """What one line holds; `comment` is the column of its slashes."""
 
     labels: tuple[Token, ...]
     statement: Statement | None
-    comment: Token | None
+    comment: int | None
     problems: tuple[Problem, ...]
 
 
 def parse_line(text: str) -> Line:
     """The statement in one line, its labels and comment, and what is wrong with it."""
-    slashes = text.find("//")
-    end = len(text) if slashes < 0 else slashes
-    comment = None if slashes < 0 else make(Token, ("comment", text[slashes:], slashes, len(text)))
+    end, comment = _comment(text, 0)
     head = _HEAD.match(text, 0, end)
     assert head is not None
     names, name, equals = head.groups()
-    labels = _labels(text, head.start(1), head.end(1)) if names else ()
-    problems: list[Problem] = []
+    labels = _labels(text, *head.span(1)) if names else ()
     if name is None:
-        if head.end() < end:
-            return _without_name(text, labels, comment, head.end(2) if equals is None else head.start(3), end)
-        pragma = None if comment is None else _DATA.match(comment.text)
-        if pragma is not None:
-            return _data(text, labels, slashes, pragma)
-        return Line(labels, None, comment, ())
-    token = make(Token, ("name", name, *head.span(2)))
+        if head.end() < end or equals is not None:
+            return _without_name(text, labels, comment, head.end(1), end)
+        pragma = None if comment is None else _DATA.match(text, comment)
+        return Line(labels, None, comment, ()) if pragma is None else _data(text, labels, pragma)
+    start, stop = head.span(2)
+    problems: list[Problem] = []
     if equals is not None:
-        return Line(
-            labels, Constant(token, _operand(text, head.end(), end, problems)), comment, tuple(problems)
-        )
-    start = token.end
+        value = _operand(text, head.end(), end, problems)
+        return Line(labels, Constant(Token("name", name, start, stop), value), comment, tuple(problems))
     if name.upper() not in BY_MNEMONIC:
-        following = _NEXT_WORD.match(text, start, end)
-        if following is not None and following.group(1).upper() in BY_MNEMONIC:
-            problems.append(Problem("E103", token.start, start, f"a label ends with ':': {shown(name)}:"))
-            labels = (*labels, token)
-            token = Token("name", following.group(1), *following.span(1))
-            start = token.end
-    operands, last = _operands(text, start, end, problems)
-    return make(Line, (labels, make(Command, (token, operands, last)), comment, tuple(problems)))
+        following = _NEXT_WORD.match(text, stop, end)
+        if following is not None and following[1].upper() in BY_MNEMONIC:
+            problems.append(
+                Problem("E103", start, stop, f"a label ends with ':': {shown(name)}:", f"{name}:")
+            )
+            labels = (*labels, Token("name", name, start, stop))
+            name = following[1]
+            start, stop = following.span(1)
+    operands, last = _operands(text, stop, end, problems)
+    return make(Line, (labels, make(Command, (name, start, operands, last)), comment, tuple(problems)))
+
+
+def _comment(text: str, start: int) -> tuple[int, int | None]:
+    """Where the code from `start` on ends, and where a comment begins."""
+    slashes = text.find("//", start)
+    return (len(text), None) if slashes < 0 else (slashes, slashes)
 
 
 def _labels(text: str, start: int, end: int) -> tuple[Token, ...]:
     return tuple(Token("name", match[1], *match.span(1)) for match in _LABEL.finditer(text, start, end))
 
 
-def _operands(
-    text: str, start: int, end: int, problems: list[Problem]
-) -> tuple[tuple[Expression | None, ...], int]:
+def _operands(text: str, start: int, end: int, problems: list[Problem]) -> tuple[Operands, int]:
     """The operands between two columns, separated by commas; and where the last one ends."""
     segments = text[start:end].split(",")
-    if len(segments) == 1 and not segments[0].strip():
+    if len(segments) == 1 and not segments[0].strip(BLANKS):
         return (), start
-    operands: list[Expression | None] = []
+    operands: list[Operand | None] = []
     for segment in segments:
         stop = start + len(segment)
-        operands.append(_operand(text, start, stop, problems))
+        word = segment.strip(BLANKS)
+        if word.isidentifier() and word.isascii():
+            kind = "name"
+        elif word.isdecimal() and word.isascii():
+            kind = "number"
+        else:
+            operands.append(_operand(text, start, stop, problems))
+            start = stop + 1
+            continue
+        first = start + segment.find(word)
+        operands.append(make(Token, (kind, word, first, first + len(word))))
         start = stop + 1
     last = operands[-1]
     return tuple(operands), end if last is None else last.end
 
 
-def _operand(text: str, start: int, end: int, problems: list[Problem]) -> Expression | None:
-    """The expression between two columns."""
-    plain = _PLAIN.fullmatch(text, start, end)
-    if plain is not None:
-        number, name = plain.groups()
-        if name is None:
-            return make(Expression, (*plain.span(1), float(number), None, ()))
-        start, end = plain.span(2)
-        return make(Expression, (start, end, None, make(Token, ("name", name, start, end)), ()))
+def _operand(text: str, start: int, end: int, problems: list[Problem]) -> Operand | None:
+    """The operand between two columns, where it is more than a word or may be nothing."""
     tokens = tokenize(text, start, end)
     try:
         if tokens:
             return compile_expression(tokens)
-        place, what = (
-            (start - 1, start) if text[start - 1] in ",=" else (start, start + 1),
-            "an operand is missing",
-        )
-        problems.append(Problem("E103", *place, what))
+        place = (start - 1, start) if text[start - 1] in ",=" else (start, start + 1)
+        problems.append(Problem("E103", *place, "an operand is missing"))
     except ExpressionError as error:
-        problems.append(Problem(error.code, error.start, error.end, error.text))
+        problems.append(Problem(*error.problem))
     return None
 
 
-def _without_name(text: str, labels: tuple[Token, ...], comment: Token | None, start: int, end: int) -> Line:
+def _without_name(text: str, labels: tuple[Token, ...], comment: int | None, start: int, end: int) -> Line:
     """A line whose statement does not begin with a name."""
     head = tokenize(text, start, end)[0]
     if head.text == "#" and not labels:
         return _include(text)
     if head.kind in ("malformed", "stray"):
-        error = lexical_error(head)
-        problem = Problem(error.code, error.start, error.end, error.text)
+        problem = Problem(*lexical_error(head).problem)
     else:
         what = f"a command, label or constant is missing before {quoted(head)}"
         problem = Problem("E103", head.start, head.end, what)
     return Line(labels, None, comment, (problem,))
 
 
-def _data(text: str, labels: tuple[Token, ...], slashes: int, pragma: re.Match[str]) -> Line:
-    first, start = (slashes + column for column in pragma.span(1))
-    keyword = Token("name", pragma.group(1), first, start)
-    slashes = text.find("//", start)
-    end = len(text) if slashes < 0 else slashes
-    comment = None if slashes < 0 else Token("comment", text[slashes:], slashes, len(text))
+def _data(text: str, labels: tuple[Token, ...], pragma: re.Match[str]) -> Line:
+    first, start = pragma.span(1)
+    end, comment = _comment(text, start)
     problems: list[Problem] = []
     operands, last = _operands(text, start, end, problems)
-    return Line(labels, Data(keyword, operands, last), comment, tuple(problems))
+    return Line(labels, Data(first, operands, last), comment, tuple(problems))
 
 
 def _include(text: str) -> Line:
@@ -203,9 +202,8 @@ def _include(text: str) -> Line:
         problem = Problem("E103", start, end, f"no directive {shown(match.group(1))}; there is only #include")
         return Line((), None, None, (problem,))
     position = match.end()
-    slashes = text.find("//", position)
-    comment = Token("comment", text[slashes:], slashes, len(text)) if slashes >= 0 else None
-    name = (text[position:slashes] if comment else text[position:]).strip(" \t\xa0")
+    stop, comment = _comment(text, position)
+    name = text[position:stop].strip(BLANKS)
     if not name:
         return Line((), None, comment, (Problem("E103", start, end, "the name of a file is missing"),))
     place = text.index(name, position)

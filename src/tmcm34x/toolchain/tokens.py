@@ -21,7 +21,7 @@ TokenKind = Literal["name", "number", "operator", "comment", "malformed", "stray
 
 _TOKEN: Final = re.compile(
     r"""
-    [\s\xa0\ufeff]*+ (?: \Z |
+    [\ \t\v\f\xa0\ufeff]*+ (?: \Z |
       (?P<name>      [A-Za-z_]\w*+ )
     | (?P<number>    (?: (?: \d++ (?: \.\d*+ )? | \.\d++ ) (?: [eE][+-]?\d++ )?
                        | \$[0-9A-Fa-f]++
@@ -29,11 +29,11 @@ _TOKEN: Final = re.compile(
     | (?P<comment>   //.* )
     | (?P<operator>  [-+*/^(),:=\#] )
     | (?P<malformed> [$%]?[\w.]++ | [$%] )
-    | (?P<stray>     [^\s\xa0\ufeff\w$%.+*/^(),:=\#-]++ ) )
+    | (?P<stray>     [^\ \t\v\f\xa0\ufeff\w$%.+*/^(),:=\#-]++ ) )
     """,
     re.VERBOSE | re.ASCII | re.DOTALL,
 )
-BLANK: Final = r"[\s\xa0\ufeff]"
+BLANKS: Final = " \t\v\f\xa0\ufeff"
 """No-break spaces come along with text copied from a PDF; a byte order mark is no text at all."""
 
 
@@ -81,7 +81,9 @@ def decode(data: bytes) -> str:
 
 
 def number_value(text: str) -> float:
-    """The value of a token of kind `number`; infinite when it is out of all proportion."""
+    """The value of a token of kind `number`, a minus before it included; infinite when out of all proportion."""
+    if text.isdecimal() and len(text) < 16:
+        return int(text)
     if text[0] in "$%":
         digits, base = text[1:], 16 if text[0] == "$" else 2
         return float(int(digits, base)) if len(digits) <= 128 else _large(digits, base)
