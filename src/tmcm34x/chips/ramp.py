@@ -271,7 +271,7 @@ class Braking(Part):
     The way there is a sequence of places between two ramp ticks, some of which are kept as checkpoints.
     """
 
-    __slots__ = ("_checkpoints", "_end", "_found", "_ticks")
+    __slots__ = ("_checkpoints", "_end", "_found", "_lowest", "_ticks")
 
     EVERY: Final = 32
     """Small steps from one checkpoint to the next."""
@@ -282,6 +282,8 @@ class Braking(Part):
         way = (direction * axis.distance(start.x) << 11) - start.acc
         self._checkpoints: list[Place] = [(start.n, self.speed, way)]
         self._ticks = [start.n]
+        self._lowest = axis.nearest(axis.v_min + 1) - 1 << 11
+        """While more of the way than this is left, V_MIN does not matter."""
         self._end = 0
         self._found: Coast | Change | None = None
 
@@ -344,8 +346,7 @@ class Braking(Part):
 
     def _walk(self, place: Place, until: int, left: int) -> Place:
         """Some small steps on the way, none of them past tick `until` or to where no more than `left` of it is left."""
-        axis = self.axis
-        lowest = axis.nearest(axis.v_min + 1) - 1 << 11
+        axis, lowest = self.axis, self._lowest
         if axis.dense and lowest < place[2] <= FARTHEST << 11:
             interval = axis.ramp_mask + 1
             after = self._walk_intervals(
@@ -605,9 +606,10 @@ class Axis:
     def _next_part(self, start: State) -> AnyPart:
         if (held := self._held(start)) is not None:
             return held
-        if self._brakes(start):
-            return Braking(self, start, 1 if self.distance(start.x) > 0 else -1)
-        return self.simple_part(start)
+        aim = self.aim(start.v, start.x)
+        if aim and self._brakes(start, aim):
+            return Braking(self, start, 1 if aim > 0 else -1)
+        return self._law(start, aim)
 
     def _held(self, start: State) -> Coast | None:
         """The rest of a ramp interval that `start` falls into."""
@@ -617,23 +619,24 @@ class Axis:
         part.stopping = start.stopping
         return part
 
-    def _brakes(self, start: State) -> bool:
+    def _brakes(self, start: State, aim: int) -> bool:
         """Whether from here on the velocity follows the distance."""
-        if self.mode > SOFT or not self.a_max or (self.dx_ref_tolerance and (self.left or self.right)):
-            return False
-        aim = self.aim(start.v, start.x)
         direction = 1 if aim > 0 else -1
         return (
-            0 < abs(aim) < self.v_max << 8
-            and direction * start.v >= abs(aim) - self.a_max
-            and start.v * direction >= 0
+            self.mode <= SOFT
+            and max(direction * aim - self.a_max, 0) <= direction * start.v
+            and direction * aim < self.v_max << 8
+            and self.a_max > 0
+            and not (self.dx_ref_tolerance and (self.left or self.right))
             and not self.blocked(direction, start.x)
         )
 
     def simple_part(self, start: State) -> Coast | Change:
         """The part that begins with a ramp tick, cut where its law could change."""
+        return self._law(start, self.aim(start.v, start.x))
+
+    def _law(self, start: State, aim: int) -> Coast | Change:
         v, x = start.v, start.x
-        aim = self.aim(v, x)
         direction = -1 if (v or aim) < 0 else 1
         speed, aim = abs(v), direction * aim
         step = 0 if self.mode == HOLD else self.a_max
