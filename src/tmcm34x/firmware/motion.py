@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 RAMP: Final = 0
 SOFT: Final = 1
 VELOCITY: Final = 2
+_FRACTION: Final = 64
+"""Bits behind the point in the scaling of interpolated moves."""
 OPEN: Final = 2047
 """The chip's V_MAX in velocity mode: no limit."""
 
@@ -193,31 +195,28 @@ class Motion:
         self.enter_ramp_mode(motor, RAMP)
 
     def move_interpolated(self, targets: Iterable[tuple[int, int]]) -> None:
-        """Take motors to positions so that all arrive together.
+        """Take motors to positions so that all arrive together, on a straight line.
 
-        The motor with the longest way uses its parameters 4 and 5, the others proportionally less of both, so
-        that speeds are in the ratio of the ways all along.  Different divisors are taken into account.
+        Speeds and accelerations are in the ratio of the ways, as fast as parameters 4 and 5 of every motor allow:
+        with equal settings the motor with the longest way uses its own, the others a fraction.
 
         Source: manual 6.7.4; scaling: fidelity FW-24.
         """
-        ways = [
+        moves = [
             (self.axes[motor], position, _distance(self.axes[motor].read(X_ACTUAL), position))
             for motor, position in targets
         ]
-        leader, _, longest = max(ways, key=lambda way: way[2])
-        for axis, position, way in ways:
+        speeds = _in_ratio([(axis.values[4], way << axis.values[154]) for axis, _, way in moves])
+        accelerations = _in_ratio(
+            [(axis.values[5], way << axis.values[153] + axis.values[154]) for axis, _, way in moves]
+        )
+        for (axis, position, _), speed, acceleration in zip(moves, speeds, accelerations, strict=True):
             axis.write(X_TARGET, position)
-            if axis is leader or way == 0:
+            if speed == axis.values[4] and acceleration == axis.values[5]:
                 axis.restore_limits()
             else:
-                pulse = axis.values[154] - leader.values[154]
-                ramp = axis.values[153] - leader.values[153]
-                axis.scale_limits(
-                    _share(leader.values[4], way, longest, pulse),
-                    _share(leader.values[5], way, longest, pulse + ramp),
-                )
+                axis.scale_limits(speed, acceleration)
             axis.write(RAMP_MODE, RAMP)
-        for axis, _, _ in ways:
             self.started(axis.motor)
 
 
@@ -227,9 +226,13 @@ def _distance(start: int, end: int) -> int:
     return min(way, DATA + 1 - way)
 
 
-def _share(limit: int, way: int, longest: int, shift: int) -> int:
-    """`limit` * way / longest * 2^shift, to the nearest, 1..2047 (0 if the limit is 0)."""
-    if limit == 0:
-        return 0
-    numerator, denominator = limit * way << max(shift, 0), longest << max(-shift, 0)
-    return min(max((2 * numerator + denominator) // (2 * denominator), 1), 2047)
+def _in_ratio(limits: list[tuple[int, int]]) -> list[int]:
+    """Numbers in the ratio of the weights, none above its limit, from pairs of limit and weight.
+
+    A number of no weight is its limit; one that would be rounded to zero is 1.
+    """
+    factor = min(((limit << _FRACTION) // weight for limit, weight in limits if weight), default=0)
+    half = 1 << _FRACTION - 1
+    return [
+        max(factor * weight + half >> _FRACTION, factor > 0) if weight else limit for limit, weight in limits
+    ]

@@ -17,7 +17,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.board.models import CELLS
-from tmcm34x.chips.registers import FIELDS, Field, Register
+from tmcm34x.chips.registers import DATA, FIELDS
 from tmcm34x.clock import MS
 from tmcm34x.firmware.motion import (
     MOTOR_FIELDS,
@@ -266,25 +266,40 @@ def restore_axes(module: Module) -> None:
 # Global parameters of bank 0.
 
 
-def _common(register: Register, field: Field) -> tuple[GlobalReader, GlobalWriter]:
-    """A field of the motion chips' common registers: read from the first chip, written to all."""
+def _cover(name: str) -> tuple[GlobalReader, GlobalWriter]:
+    """Position or length of the cover datagram; the chip reads the position one higher than it was written."""
+    register, field = FIELDS[name]
+    position = FIELDS["COVER_POSITION"][1]
+
+    def written(module: Module) -> int:
+        data = module.board.transfer(0, register.read()) & register.writable
+        return position.put(data, position.get(data) - 1)
 
     def read(module: Module) -> int:
-        return field.get(module.board.transfer(0, register.read()))
+        return field.get(written(module))
 
     def write(module: Module, value: int) -> Status:
+        data = field.put(written(module), value)
         for chip in range(len(module.board.model.parts)):
-            old = module.board.transfer(chip, register.read()) & register.writable
-            module.board.transfer(chip, register.write(field.put(old, value)))
+            module.board.transfer(chip, register.write(data))
         return OK
 
     return read, write
 
 
-def _whole(name: str) -> tuple[Register, Field]:
-    """A register taken as one number of 24 bits."""
+def _whole(name: str) -> tuple[GlobalReader, GlobalWriter]:
+    """The common register that holds the field `name`, as one number of 24 bits, written to all chips."""
     register = FIELDS[name][0]
-    return register, Field(register.name, 23, 0)
+
+    def read(module: Module) -> int:
+        return module.board.transfer(0, register.read()) & DATA
+
+    def write(module: Module, value: int) -> Status:
+        for chip in range(len(module.board.model.parts)):
+            module.board.transfer(chip, register.write(value))
+        return OK
+
+    return read, write
 
 
 def _cells(first: int) -> tuple[GlobalReader, GlobalWriter]:
@@ -363,10 +378,10 @@ def _read_stored(number: int) -> GlobalReader:
 
 
 _COMMON: Final[Mapping[int, tuple[GlobalReader, GlobalWriter]]] = {
-    2: _common(*FIELDS["COVER_POSITION"]),
-    3: _common(*FIELDS["COVER_LEN"]),
-    4: _common(*FIELDS["COVER_DATAGRAM"]),
-    6: _common(*_whole("LSMD")),
+    2: _cover("COVER_POSITION"),
+    3: _cover("COVER_LEN"),
+    4: _whole("COVER_DATAGRAM"),
+    6: _whole("LSMD"),
     **{7 + n: _cells(4 * n) for n in range(16)},
     **{23 + n: _cells(CELLS + 4 * n) for n in range(16)},
 }
