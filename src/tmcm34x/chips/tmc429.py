@@ -118,7 +118,7 @@ class Tmc429:
         self.now = 0
         self.driver_status: Callable[[], int] | None = None
         self.plan_changed: Callable[[int], None] | None = None
-        """Told a motor that moves otherwise than `motion` said, because of a register or a switch."""
+        """Told a motor that moves otherwise than `motion` said, or that has an event of its own."""
         self.restarting: Callable[[], None] | None = None
         """Told before a reset."""
         self._seed = seed
@@ -248,6 +248,8 @@ class Tmc429:
                 if self._wants_datagram() and axis.at(tick - 1).x != axis.at(tick).x:
                     self._send_datagram()
                 axis.forget(tick)
+                if self.plan_changed:
+                    self.plan_changed(motor)
         if self._flight == self.now:
             self._datagram_sent()
         elif self._wants_datagram() and self._requested(tick - 1) == tick:
