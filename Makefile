@@ -38,6 +38,10 @@ $(VENV)/.test: requirements/test.txt $(VENV)/.run
 	$(PIP) install --require-hashes -r requirements/test.txt
 	touch $@
 
+# The page of the IDE; installing the package builds it too.
+web: $(VENV)/.run
+	$(BIN)/python hatch_build.py
+
 COMPILE := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header --quiet
 lock:
 	$(COMPILE) --group build -o requirements/run.txt
