@@ -7,7 +7,7 @@ import { fileURLToPath } from "node:url";
 const here = dirname(fileURLToPath(import.meta.url));
 const out = join(here, "..", "src", "tmcm34x", "ide", "static");
 mkdirSync(out, { recursive: true });
-for (const name of ["index.html", "icon.svg"]) copyFileSync(join(here, "src", name), join(out, name));
+for (const name of ["index.html", "icon.svg", "theme.js"]) copyFileSync(join(here, "src", name), join(out, name));
 
 const options = {
     entryPoints: { page: join(here, "src", "main.tsx"), style: join(here, "src", "style", "index.css") },

@@ -7,7 +7,7 @@ import { action, perform, shownTheme } from "./logic/actions";
 import { can, clockSeconds, connection, loaded, program, tables, time, timePaused, welcome, windows } from "./logic/app";
 import { assembled, busy, changedSinceDownload, languageServer } from "./logic/build";
 import { PAGES, active, activeTab, closeTab, documents, newFile, openFile, problemCount, restore, tabs, target, type PageName, type Tab } from "./logic/documents";
-import { bottom, bottomTall, layout, right, type BottomPanel, type RightPanel } from "./logic/layout";
+import { bottomTall, layout, lowerPanel, right, type BottomPanel, type RightPanel } from "./logic/layout";
 import { clockText, short } from "./logic/units";
 import { Axes } from "./panels/axes";
 import { Bench, TimeControls } from "./panels/bench";
@@ -106,7 +106,7 @@ function StatusBar() {
     const { counter, state, paused, accumulator, x, flags } = program.value;
     const size = assembled.value.get(target.value)?.listing?.lines.length;
     return (
-        <footer class="status">
+        <footer class="status-bar">
             <span class={`pill ${paused ? "warn" : state === 1 ? "good" : ""}`}>{programText()}</span>
             <span>at <b>{counter}</b></span>
             {can.value.debug && <><span>accumulator <b>{accumulator}</b></span><span>X <b>{x}</b></span></>}
@@ -116,7 +116,7 @@ function StatusBar() {
             <span class="gap" />
             {can.value.bench && <span title="Virtual seconds to a second, as reached">{timePaused.value ? "time held" : `${short(time.value.speed)}×`}</span>}
             {size !== undefined && <span>{size} / {tables.value.program_size}</span>}
-            <button class="link" onClick={() => (bottom.value = "problems")}>{problemCount.value.errors} errors, {problemCount.value.warnings} warnings</button>
+            <button class="link" onClick={() => (lowerPanel().value = "problems")}>{problemCount.value.errors} errors, {problemCount.value.warnings} warnings</button>
             {can.value.language_server && <span title="Completion, hover and squiggles">{languageServer.value ? "language server" : "language server…"}</span>}
             {windows.value > 1 && <span title="Windows that look at this module">{windows.value} windows</span>}
         </footer>
@@ -128,7 +128,8 @@ function Page() {
     const set = (part: Partial<typeof sizes>) => (layout.value = { ...layout.value, ...part });
     const clamp = (value: number, low: number, high: number) => Math.max(low, Math.min(high, value));
     const Right = right.value ? RIGHT[right.value][1] : null;
-    const Bottom = bottom.value ? BOTTOM[bottom.value][1] : null;
+    const lower = lowerPanel();
+    const Bottom = lower.value ? BOTTOM[lower.value][1] : null;
     const columns = `${sizes.files ? `${sizes.filesWidth}px ` : "0 "}minmax(0, 1fr) ${Right ? `${sizes.rightWidth}px` : "0"}`;
     return (
         <div class="shell" style={{ gridTemplateColumns: columns }}>
@@ -139,7 +140,7 @@ function Page() {
                 {!(bottomTall.value && Bottom) && <><Tabs /><div class="work"><Main /></div></>}
                 <section class="bottom" aria-label="Lower panel" style={{ height: !Bottom ? "auto" : bottomTall.value ? "100%" : `${sizes.bottomHeight}px` }}>
                     {Bottom && !bottomTall.value && <Splitter vertical={false} label="Height of the lower panel" onDrag={(delta) => set({ bottomHeight: clamp(layout.value.bottomHeight - delta, 120, window.innerHeight - 220) })} />}
-                    <div class="panel-head"><PanelTabs panels={BOTTOM} value={bottom.value} set={(name) => (bottom.value = name)} label="Lower panel" /><span class="gap" />
+                    <div class="panel-head"><PanelTabs panels={BOTTOM} value={lower.value} set={(name) => (lower.value = name)} label="Lower panel" /><span class="gap" />
                         {Bottom && <button class="tool" title={bottomTall.value ? "Smaller" : "As tall as possible"} aria-label="Toggle full height" onClick={() => (bottomTall.value = !bottomTall.value)}><Icon name={bottomTall.value ? "down" : "up"} size={13} /></button>}
                         <button class="tool" title="Show or hide (Ctrl+J)" aria-label="Toggle lower panel" onClick={() => perform("toggle_bottom")}><Icon name={Bottom ? "minus" : "plus"} size={13} /></button></div>
                     {Bottom && <div class="panel-body"><Bottom /></div>}

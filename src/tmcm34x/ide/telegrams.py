@@ -6,9 +6,10 @@ from collections import deque
 from typing import Final, NamedTuple
 
 from tmcm34x.ide import wire
+from tmcm34x.tmcl.commands import BY_NUMBER
 from tmcm34x.tmcl.datagram import SIZE, unpack_reply, unpack_request
 from tmcm34x.tmcl.mnemonic import format_instruction
-from tmcm34x.tmcl.status import STATUS_TEXTS
+from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 
 KEPT: Final = 2000
 BATCH: Final = 500
@@ -65,7 +66,12 @@ def _request(data: bytes) -> str:
         address, instruction = unpack_request(data)
     except ValueError as error:
         return f"no telegram: {error}"
-    return f"{format_instruction(instruction)}  (to {address})"
+    row = BY_NUMBER.get(instruction.number)
+    if row is None or row.mnemonic:
+        text = format_instruction(instruction)
+    else:
+        text = f"{instruction.number} {row.title}, {instruction.value}"
+    return f"{text}  (to {address})"
 
 
 def _reply(data: bytes) -> tuple[int, str]:
@@ -78,4 +84,6 @@ def _reply(data: bytes) -> tuple[int, str]:
     text = STATUS_TEXTS.get(reply.status)
     if text is None:
         return 0, "a reply of its own form"
+    if reply.status == Status.OK:
+        return reply.status, f"100, value {reply.value}"
     return reply.status, f"{reply.status} {text}, value {reply.value}"

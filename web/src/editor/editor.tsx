@@ -13,7 +13,7 @@ import {
 } from "@codemirror/view";
 import { effect, signal, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { breakpoints, can, halted, loaded, placed, program, setBreakpoints, tables, welcome } from "../logic/app";
+import { breakpoints, halted, loaded, placed, program, setBreakpoints, tables, welcome } from "../logic/app";
 import { assembled, languageServer, lspExtension } from "../logic/build";
 import {
     active, documents, goal, openFile, problems, reload, save, type TextDocument,
@@ -160,7 +160,7 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
             const { counter, state } = program.value;
             const line = loaded.value?.lines[counter];
             const here = line && line.path === document.path && line.line > 0;
-            const shown = here && (state === 1 || program.value.paused || counter > 0) && can.value.debug;
+            const shown = here && (state === 1 || program.value.paused || counter > 0);
             view.dispatch({ effects: putExecution.of(shown ? { line: line.line, held: halted.value } : null) });
         }),
         effect(() => {

@@ -134,7 +134,7 @@ export function gutters(toggle: (line: number) => void, edit: (line: number, at:
             },
             lineMarkerChange: (update) =>
                 update.startState.field(addressField) !== update.state.field(addressField) || update.docChanged,
-            initialSpacer: () => new AddressMarker(8888),
+            initialSpacer: () => new AddressMarker(888),
         }),
     ];
 }

@@ -4,7 +4,7 @@ import { tags } from "@lezer/highlight";
 import type { Extension } from "@codemirror/state";
 import type { Tables } from "../wire";
 
-type Token = "comment" | "keyword" | "operatorKeyword" | "atom" | "number" | "labelName" | "definition"
+type Token = "comment" | "keyword" | "operatorKeyword" | "atom" | "number" | "labelName" | "variableName.definition"
     | "variableName" | "operator" | "meta" | "invalid" | "function" | null;
 
 interface Place {
@@ -55,7 +55,7 @@ export function tmcl(tables: Tables): Extension {
         const upper = text.toUpperCase();
         if (place.seen === "nothing") {
             if (next === ":") return "labelName";
-            if (stream.match(/^\s*=/, false)) return "definition";
+            if (stream.match(/^\s*=/, false)) return "variableName.definition";
             place.seen = "command";
             place.jump = JUMPS.has(upper);
             return mnemonics.has(upper) ? "keyword" : foreign.has(upper) ? "invalid" : "variableName";

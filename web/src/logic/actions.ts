@@ -6,7 +6,7 @@ import { assemble, busy, download, run, upload } from "./build";
 import {
     active, activeDocument, activeTab, closeTab, mainFile, newFile, openPage, save, saveAll, type PageName,
 } from "./documents";
-import { bottom, layout, palette, right, showBottom, showRight, theme } from "./layout";
+import { layout, lowerPanel, palette, right, showBottom, showRight, theme } from "./layout";
 import type { ControlProgram } from "../wire";
 
 export interface Action {
@@ -97,7 +97,7 @@ export const ACTIONS: Action[] = [
     { id: "toggle_files", title: "Show or hide files", group: "View", keys: ["Ctrl+B"],
         run: () => (layout.value = { ...layout.value, files: !layout.value.files }) },
     { id: "toggle_bottom", title: "Show or hide the lower panel", group: "View", keys: ["Ctrl+J"],
-        run: () => (bottom.value = bottom.value ? "" : "plot") },
+        run: () => (lowerPanel().value = lowerPanel().value ? "" : "plot") },
     { id: "toggle_right", title: "Show or hide the right panel", group: "View", keys: ["Ctrl+Shift+J"],
         run: () => (right.value = right.value ? "" : "axes") },
     { id: "theme", title: "Change between dark and light", group: "View", keys: ["Alt+T"], icon: "theme",

@@ -3,6 +3,7 @@ import { computed, effect, signal } from "@preact/signals";
 import type { Problem } from "../wire";
 import { ask, connection, files, notify, onServerEvent, welcome } from "./app";
 import { RefusedError } from "./connection";
+import { onPage } from "./layout";
 import { names, read, remembered, write } from "./settings";
 
 export type Outside = "changed" | "deleted" | null;
@@ -90,6 +91,7 @@ export const target = computed(() => mainFile.value || (activeTab.value?.kind ==
 const lastFile = signal("");
 effect(() => {
     if (activeTab.value?.kind === "file") lastFile.value = active.value;
+    onPage.value = activeTab.value !== null && activeTab.value.kind !== "file";
 });
 
 export function openPage(kind: PageName): void {

@@ -1,5 +1,5 @@
 // Which panels are shown and how large; remembered by the browser.
-import { signal } from "@preact/signals";
+import { signal, type Signal } from "@preact/signals";
 import { remembered } from "./settings";
 
 export type RightPanel = "axes" | "bench" | "program" | "";
@@ -9,9 +9,13 @@ export const theme = remembered<"dark" | "light" | "">("theme", "");
 export const layout = remembered("layout", { files: true, filesWidth: 168, rightWidth: 404, bottomHeight: 236 });
 export const right = remembered<RightPanel>("right", "axes");
 export const bottom = remembered<BottomPanel>("bottom", "plot");
+/** Below a page that is no file, which needs the room, the lower panel is closed unless asked for. */
+export const bottomOfPages = remembered<BottomPanel>("bottom-of-pages", "");
+export const onPage = signal(false);
+export const lowerPanel = (): Signal<BottomPanel> => (onPage.value ? bottomOfPages : bottom);
 export const bottomTall = signal(false);
 /** Text in the palette; null while it is closed. */
 export const palette = signal<string | null>(null);
 
 export const showRight = (panel: RightPanel): void => void (right.value = panel);
-export const showBottom = (panel: BottomPanel): void => void (bottom.value = panel);
+export const showBottom = (panel: BottomPanel): void => void (lowerPanel().value = panel);

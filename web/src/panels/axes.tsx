@@ -145,7 +145,7 @@ function Axis({ motor }: { motor: number }) {
                 <div class="unit">{unit}</div>
                 {drivers && (
                     <div class="meters">
-                        <span title="Load value of the driver, 0 to 7 (axis parameter 206)">load <Bar value={load.value} top={7} tone="load" label="load" /> <b>{load}</b></span>
+                        <span title="Load value of the driver, 0 to 7 (axis parameter 206)">load <Bar value={load.value} top={7} tone={motors[motor]!.value.speed ? "load" : "load idle"} label="load" /> <b>{load}</b></span>
                         <span title="Coil current now">{top ? `${Math.round((current.value / 255) * top)} mA` : "current"} <Bar value={current.value} top={255} tone="current" label="current" /></span>
                     </div>
                 )}

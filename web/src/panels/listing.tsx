@@ -1,11 +1,18 @@
 // The program as the module holds it, beside the source lines it came from.
 import { loaded, program, tables } from "../logic/app";
 import { assembled, changedSinceDownload } from "../logic/build";
-import { openFile, target } from "../logic/documents";
+import { documents, openFile, target } from "../logic/documents";
+import type { ListingLine } from "../wire";
 import { Empty } from "../widgets/basics";
 import { useSignal } from "@preact/signals";
 
 const ROW = 20;
+
+/** The line's own text where its file is open, else its place. */
+function source({ path, line }: ListingLine): string {
+    const text = documents.value.get(path)?.text.value.split("\n", line)[line - 1];
+    return text === undefined ? (line ? `${path}:${line}` : "") : text;
+}
 
 export function Listing() {
     const top = useSignal(0);
@@ -28,7 +35,7 @@ export function Listing() {
                             onClick={() => line.line && openFile(line.path, line.line)}>
                             <span class="address">{line.address}</span><span class="record">{line.record}</span>
                             <span class="label">{labels.has(line.address) ? `${labels.get(line.address)}:` : ""}</span>
-                            <span class="text">{line.text}</span><span class="place">{line.line ? `${line.path}:${line.line}` : ""}</span>
+                            <span class="text">{line.text}</span><span class="place" title={line.line ? `${line.path}:${line.line}` : ""}>{source(line)}</span>
                         </button>
                     ))}
                 </div>

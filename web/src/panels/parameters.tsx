@@ -78,7 +78,7 @@ function AxisTable() {
     const rows = tables.value.axis.filter((row) => found(row)
         && (!changedOnly.value || (row.access.includes("W") && [0, 1, 2].some((motor) => axisValue(row, motor) != null && axisValue(row, motor) !== row.default))));
     return (
-        <table class="parameters axis">
+        <table class="parameters three">
             <thead><tr><th>no.</th><th>parameter</th>{[0, 1, 2].map((motor) => <th key={motor} class={`motor motor${motor}`}>motor {motor}</th>)}<th>unit</th><th>range</th><th>default</th><th /></tr></thead>
             <tbody>{rows.map((row) => (
                 <tr key={row.number}>

@@ -10,7 +10,7 @@ import { shownTheme } from "../logic/actions";
 import { remembered } from "../logic/settings";
 import { toCsv, toVcd, type Curve } from "../logic/export";
 import { grouped } from "../logic/units";
-import type { Watched } from "../wire";
+import type { Parameter, Watched } from "../wire";
 import { Choice, Empty, offer } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
@@ -176,7 +176,8 @@ export function Plot() {
             last = now;
             drawn = samples.version;
             const end = samples.length ? samples.time(samples.length - 1) : 0;
-            const range = zoom.current ?? { min: end - span.peek(), max: end };
+            const start = samples.length ? Math.max(samples.time(0), end - span.peek()) : 0;
+            const range = zoom.current ?? { min: start, max: Math.max(end, start + span.peek()) };
             plot.batch(() => {
                 plot.setData(view(list, range.min, range.max), true);
                 plot.setScale("x", range);
@@ -211,7 +212,6 @@ export function Plot() {
         zoomed.value = false;
         redraw.current();
     };
-    const toggle = <T,>(list: T[], item: T): T[] => (list.includes(item) ? list.filter((other) => other !== item) : [...list, item]);
     const all = (): Curve[] => [
         ...curves.value, { title: "program counter", column: COUNTER_COLUMN }, { title: "outputs", column: OUTPUT_COLUMN },
     ];
@@ -222,7 +222,7 @@ export function Plot() {
         <div class="plot">
             <div class="bar">
                 <div class="chips" role="group" aria-label="Curves">
-                    {KINDS.map(({ curve, title }) => (
+                    {KINDS.filter(({ curve }, at) => at < 3 || curve === "load" || shownKinds.value.includes(curve)).map(({ curve, title }) => (
                         <button key={curve} class={`chip ${shownKinds.value.includes(curve) ? "on" : ""}`}
                             aria-pressed={shownKinds.value.includes(curve)}
                             onClick={() => (shownKinds.value = toggle(shownKinds.value, curve))}>{title}</button>
@@ -232,7 +232,7 @@ export function Plot() {
                             onClick={() => setWatches(watches.value.filter((_, n) => n !== at))}>
                             {watchTitle(watch)} <Icon name="close" size={10} /></button>
                     ))}
-                    <WatchChooser />
+                    <MoreCurves />
                 </div>
                 <div class="chips" role="group" aria-label="Motors">
                     {[0, 1, 2].map((motor) => (
@@ -286,29 +286,41 @@ function pad(scale: string, low: number | null, high: number | null): [number, n
 
 const onGround = (blob: Blob): Blob => blob;
 
-function WatchChooser() {
+/** Curves that are not always offered, and any parameter. */
+function MoreCurves() {
     const open = useSignal(false);
-    if (watches.value.length >= WATCH_SLOTS) return null;
+    const wish = useSignal("");
     const add = (bank: number, number: number, motor: number) => {
         setWatches([...watches.value, { bank, number, motor }]);
         open.value = false;
     };
+    const full = watches.value.length >= WATCH_SLOTS;
+    const fits = (row: Parameter) => row.access.includes("R") && `${row.number} ${row.name}`.toLowerCase().includes(wish.value.toLowerCase());
+    const close = (event: FocusEvent) => {
+        if (!(event.currentTarget as Element).contains(event.relatedTarget as Node | null)) open.value = false;
+    };
     return (
-        <div class="menu-holder">
-            <button class="chip add" aria-label="Plot another parameter" title="Plot another parameter"
-                onClick={() => (open.value = !open.value)}><Icon name="plus" size={11} /> parameter</button>
+        <div class="menu-holder" onFocusOut={close} onKeyDown={(event) => event.key === "Escape" && (open.value = false)}>
+            <button class="chip add" aria-label="More curves" title="More curves, and any parameter" aria-expanded={open.value}
+                onClick={() => (open.value = !open.value)}><Icon name="plus" size={11} /> more</button>
             {open.value && (
-                <div class="menu open tall" role="menu" onMouseLeave={() => (open.value = false)}>
-                    {tables.value.axis.filter((row) => row.access.includes("R")).map((row) => (
+                <div class="menu open tall" role="menu">
+                    {KINDS.filter(({ curve }, at) => at >= 3 && curve !== "load").map(({ curve, title }) => (
+                        <div class="menu-row" key={curve}><span>{title}</span>
+                            <button role="menuitem" onClick={() => (shownKinds.value = toggle(shownKinds.value, curve))}>{shownKinds.value.includes(curve) ? "hide" : "show"}</button></div>
+                    ))}
+                    <input placeholder="parameter" aria-label="Search parameter" value={wish.value} onInput={(event) => (wish.value = event.currentTarget.value)} />
+                    {full && <p class="note">Eight parameters are plotted: remove one first.</p>}
+                    {!full && tables.value.axis.filter(fits).map((row) => (
                         <div class="menu-row" key={row.number}>
-                            <span>{row.name}</span>
+                            <span>{row.number} {row.name}</span>
                             {[0, 1, 2].map((motor) => (
                                 <button key={motor} role="menuitem" class={`motor${motor}`} onClick={() => add(-1, row.number, motor)}>{motor}</button>
                             ))}
                         </div>
                     ))}
-                    {tables.value.globals.filter((row) => row.access.includes("R") && (row.bank === 2 ? row.number < 16 : row.number > 63)).map((row) => (
-                        <div class="menu-row" key={row.key}><span>{row.name}</span>
+                    {!full && tables.value.globals.filter((row) => fits(row) && (row.bank === 2 || row.number > 63 || row.number === 5)).map((row) => (
+                        <div class="menu-row" key={row.key}><span>{row.bank === 2 ? "" : `${row.number} `}{row.name}</span>
                             <button role="menuitem" onClick={() => add(row.bank, row.number, 0)}>add</button></div>
                     ))}
                 </div>
@@ -316,5 +328,7 @@ function WatchChooser() {
         </div>
     );
 }
+
+const toggle = <T,>(list: readonly T[], item: T): T[] => (list.includes(item) ? list.filter((other) => other !== item) : [...list, item]);
 
 export { clockSeconds, MOTOR_CURVES };
