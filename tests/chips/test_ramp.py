@@ -1,6 +1,7 @@
 """The ramp generator in closed form against its definition, tick by tick."""
 
 from dataclasses import replace
+from itertools import accumulate
 from pathlib import Path
 
 import pytest
@@ -313,6 +314,22 @@ def test_braking_of_many_velocity_units_is_a_handful_of_events():
     chip = chip_with(ramp_div=7, pulse_div=3, v_min=1, v_max=2047, a_max=20, p_mul=p_mul, p_div=p_div)
     set_field(chip, 0, "X_TARGET", 2_000_000)
     assert len(path(chip, limit=1000 * HZ)) < 10
+
+
+def test_a_target_half_a_turn_of_the_counter_away_is_never_reached():
+    chip = chip_with(v_min=1, v_max=500, a_max=500, x=-(2**22), x_target=2**22)
+    assert chip.next_event() == NEVER
+    assert chip.read_status() & 1 == 0
+
+
+def test_steep_ramps_may_pass_the_target_by_one_microstep():
+    for a_max, passed in ((1000, 1), (100, 0)):
+        p_mul, p_div = brake_factor(a_max, 7, 3)
+        chip = chip_with(ramp_div=7, pulse_div=3, v_min=1, v_max=1000, a_max=a_max, p_mul=p_mul, p_div=p_div)
+        set_field(chip, 0, "X_TARGET", 51_200)
+        positions = accumulate(direction for _, direction in chip.steps(0, 0, 5 * HZ))
+        assert max(positions) == 51_200 + passed
+        assert path(chip)[-1][1:] == (51_200, 0)
 
 
 def test_the_oracle_is_plain():

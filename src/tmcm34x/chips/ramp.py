@@ -273,7 +273,7 @@ class Braking(Part):
 
     __slots__ = ("_checkpoints", "_end", "_found", "_lowest", "_ticks")
 
-    EVERY: Final = 32
+    EVERY: Final = 64
     """Small steps from one checkpoint to the next."""
 
     def __init__(self, axis: Axis, start: State, direction: int) -> None:
@@ -364,9 +364,9 @@ class Braking(Part):
         n, speed, way = place
         a_max, rise, factor, shift = axis.a_max, axis.rise, axis.factor, axis.shift
         interval = axis.ramp_mask + 1
-        for _ in range(count):
+        for begin in range(n, n + count * interval, interval):
             if way <= lowest:
-                break
+                return begin, speed, way
             v = isqrt(factor * (way + 2047 >> 11) >> shift)
             slowest = speed - a_max
             speed = v << 8
@@ -374,8 +374,7 @@ class Braking(Part):
                 speed = slowest
                 v = slowest >> 8
             way -= v << rise
-            n += interval
-        return n, speed, way
+        return n + count * interval, speed, way
 
     def _walk_velocities(self, place: Place, until: int, left: int) -> Place:
         """Up to EVERY stretches in which the integer part of the velocity is the one aimed at."""
