@@ -19,6 +19,8 @@ class Pace:
         self.monotonic = monotonic
         self._speed = speed
         self._paused = False
+        self.wall_s = 0.0
+        """The wall's time when `target` was last asked for."""
         self.draw(0)
 
     @property
@@ -36,17 +38,18 @@ class Pace:
         self._speed = self._speed if speed is None else speed
         self._paused = self._paused if paused is None else paused
         self._rate = 0.0 if self._paused else self._speed * clock.HZ
-        self._wall_s = self.monotonic()
+        self._start_s = self.monotonic()
         self._origin = now
 
     def target(self) -> int:
         """The clock that virtual time should show now; `NEVER` when nothing holds it back."""
+        wall_s = self.wall_s = self.monotonic()
         if self._rate:
-            return self._origin + int((self.monotonic() - self._wall_s) * self._rate)
+            return self._origin + int((wall_s - self._start_s) * self._rate)
         return self._origin if self._paused else clock.NEVER
 
     def due_s(self, when: int) -> float:
         """The wall clock's time at which `when` is due [s]; infinite while paused."""
         if self._rate:
-            return self._wall_s + (when - self._origin) / self._rate
-        return math.inf if self._paused else self._wall_s
+            return self._start_s + (when - self._origin) / self._rate
+        return math.inf if self._paused else self._start_s

@@ -13,6 +13,7 @@ import asyncio
 import math
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
@@ -156,6 +157,11 @@ class Server:
         self.settle()
 
 
+def _tell(receivers: Sequence[Send], data: bytes) -> None:
+    for receive in receivers:
+        receive(data)
+
+
 def _ignore(_: bytes) -> None:
     """What is sent to a client that has gone."""
 
@@ -169,28 +175,29 @@ class _Line:
 
     def __init__(self, server: Server, name: str, send: Send, latency_ms: int) -> None:
         self._server = server
-        self._monotonic = server.pace.monotonic
+        self._pace = server.pace
         self._log = server.log and server.log.line(name)
         self._send = send
         reply = send if self._log is None else self._log_and_send
         self._ports = [(module, module.open_serial_port(reply)) for module in server.rig.modules]
-        self._receivers = tuple(port.receive for _, port in self._ports)
+        receivers = [port.receive for _, port in self._ports]
+        self._hear = receivers[0] if len(receivers) == 1 else partial(_tell, receivers)
         self._time_out_s = TIME_OUT_S + latency_ms / 1000
         self._last_s = 0.0
 
     def receive(self, data: bytes) -> None:
         server = self._server
         server.catch_up()
-        wall_s = self._monotonic()
-        late, self._last_s = wall_s - self._last_s > self._time_out_s, wall_s
-        if late:
-            self._set_time_out(_OVER)
+        wall_s = self._pace.wall_s
         if self._log is not None:
             self._log.add(server.rig.now, ">", data, text=self._speaks_ascii())
-        for receive in self._receivers:
-            receive(data)
-        if late:
+        if wall_s - self._last_s > self._time_out_s:
+            self._set_time_out(_OVER)
+            self._hear(data)
             self._set_time_out(clock.NEVER)
+        else:
+            self._hear(data)
+        self._last_s = wall_s
         server.settle()
 
     def _set_time_out(self, clocks: int) -> None:
