@@ -7,7 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS   ?= 2
 SETUP  := pyproject.toml $(wildcard hatch_build.py web/package-lock.json)
 
-.PHONY: run test check bench lock web clean
+.PHONY: run test check bench soak lock web clean
 
 run: $(VENV)/.run
 	$(BIN)/tmcm34x serve --pty --tcp 17000 --program examples/three_axes.tmc --run
@@ -20,6 +20,10 @@ check: $(VENV)/.test
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/pyright
+
+# One simulated week of random commands and faults (docs/sessions.md).
+soak: $(VENV)/.test
+	SOAK_HOURS=168 $(BIN)/pytest -n $(JOBS) tests/test_soak.py
 
 bench: $(VENV)/.test
 	for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
