@@ -14,6 +14,8 @@ from pathlib import Path
 
 import conformance
 
+from tmcm34x.toolchain import reference
+
 DOCS = Path(__file__).parent
 ENTRY = re.compile(r"^### ([A-Z]+-\d+) (.+)\n((?:.+\n?)+)", re.MULTILINE)
 
@@ -47,7 +49,14 @@ def fidelity() -> str:
     return "".join(parts).rstrip() + "\n"
 
 
+def with_tables(name: str) -> Callable[[], str]:
+    """A page written by hand, with the tables between its marks made anew."""
+    return lambda: reference.fill((DOCS / name).read_text())
+
+
 PAGES: dict[str, Callable[[], str]] = {
+    "language.md": with_tables("language.md"),
+    "lint.md": with_tables("lint.md"),
     "fidelity.md": fidelity,
     "conformance.md": conformance.page,
 }

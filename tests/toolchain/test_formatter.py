@@ -55,7 +55,7 @@ def includes(name, _from):
 
 @given(SOURCES)
 @example("//! DATA 1,2,3,4 //! DATA 5,6,7,8")
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_formatting_keeps_the_meaning_and_is_done_at_once(text):
     formatted = format_source(text)
     assert format_source(formatted) == formatted

@@ -171,7 +171,7 @@ def test_a_fix_removes_its_finding(code, text, _line, _column):
 
 
 @given(SOURCES)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_any_source_can_be_linted(text):
     assembly = assemble(text, include=lambda name, _from: (name, "L0: STOP"))
     for item in lint(assembly, model=342):

@@ -6,7 +6,6 @@ The tool chain never raises for what a user wrote; it returns diagnostics, all o
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Final, Literal, NamedTuple
@@ -37,9 +36,6 @@ ERRORS: Final = MappingProxyType({
 
 _WINDOW: Final = 100
 """Characters of a source line that are shown beside a diagnostic."""
-_CONTROL: Final = re.compile(
-    r"[\x00-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ud800-\udfff\ufeff]"
-)
 _SHOWN_NAME: Final = 40
 
 
@@ -78,8 +74,16 @@ class Diagnostic(NamedTuple):
 
 def shown(text: str) -> str:
     """`text` from a source as a message may quote it: printable and short."""
-    text = text if len(text) <= _SHOWN_NAME else text[: _SHOWN_NAME - 1] + "…"
-    return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", text)
+    return printable(text if len(text) <= _SHOWN_NAME else text[: _SHOWN_NAME - 1] + "…")
+
+
+def printable(text: str) -> str:
+    """`text` on one line, as many characters long, with blanks for tabs and the like and no control characters."""
+    if text.isprintable():
+        return text
+    return "".join(
+        c if c.isprintable() else " " if c.isspace() else "\N{REPLACEMENT CHARACTER}" for c in text
+    )
 
 
 def did_you_mean(nearest: str) -> str:
@@ -98,7 +102,7 @@ def render(diagnostic: Diagnostic, lines: Sequence[str] = ()) -> str:
     lines: the lines of its file; without them the first line comes alone.  Long lines are shown in part.
     """
     file, line, column, end = diagnostic.location
-    head = f"{shown_path(file)}:{line}:{column}: {diagnostic.severity}[{diagnostic.code}]: {diagnostic.text}"
+    head = f"{printable(file)}:{line}:{column}: {diagnostic.severity}[{diagnostic.code}]: {diagnostic.text}"
     if not 1 <= line <= len(lines):
         return head
     source = lines[line - 1]
@@ -106,7 +110,7 @@ def render(diagnostic: Diagnostic, lines: Sequence[str] = ()) -> str:
     window = source[first : first + _WINDOW]
     prefix = "…" if first else ""
     suffix = "…" if first + _WINDOW < len(source) else ""
-    text = _CONTROL.sub("\N{REPLACEMENT CHARACTER}", window.replace("\t", " ")).rstrip()
+    text = printable(window).rstrip()
     width = max(1, min(end, first + len(window) + 1) - column)
     caret = " " * (len(prefix) + column - 1 - first) + "^" + "~" * (width - 1)
     return f"{head}\n  {prefix}{text}{suffix}\n  {caret}"
@@ -115,8 +119,3 @@ def render(diagnostic: Diagnostic, lines: Sequence[str] = ()) -> str:
 def render_all(diagnostics: Iterable[Diagnostic], sources: Mapping[str, Sequence[str]]) -> str:
     """All diagnostics with their source lines; `sources` has the lines of each file by its name."""
     return "".join(render(item, sources.get(item.location.file, ())) + "\n" for item in diagnostics)
-
-
-def shown_path(path: str) -> str:
-    """A file name as a message may show it, on one line."""
-    return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", path)

@@ -28,7 +28,7 @@ from tmcm34x.toolchain.expressions import (
     lexical_error,
     quoted,
 )
-from tmcm34x.toolchain.tokens import BLANKS, Token, make, tokenize
+from tmcm34x.toolchain.tokens import BLANKS, Token, first_token, make, tokenize
 
 _BLANKS: Final = rf"[{BLANKS}]*+"
 _NAME: Final = r"[A-Za-z_]\w*+"
@@ -37,6 +37,10 @@ _HEAD: Final = re.compile(rf"{_BLANKS}((?:{_NAME}{_BLANKS}:{_BLANKS})*+)({_NAME}
 _NEXT_WORD: Final = re.compile(rf"{_BLANKS}({_NAME})", re.ASCII)
 _DATA: Final = re.compile(rf"//!{_BLANKS}(DATA)\b", re.IGNORECASE | re.ASCII)
 _INCLUDE: Final = re.compile(rf"{_BLANKS}(#{_BLANKS}(\w*)){_BLANKS}", re.ASCII)
+
+
+_MOST_OPERANDS: Final = 8
+"""Operands of a line that are looked at; no command has more than three, or four numbers in a DATA line."""
 
 
 class Problem(NamedTuple):
@@ -138,7 +142,7 @@ def _labels(text: str, start: int, end: int) -> tuple[Token, ...]:
 
 def _operands(text: str, start: int, end: int, problems: list[Problem]) -> tuple[Operands, int]:
     """The operands between two columns, separated by commas; and where the last one ends."""
-    segments = text[start:end].split(",")
+    segments = text[start:end].split(",", _MOST_OPERANDS)[:_MOST_OPERANDS]
     if len(segments) == 1 and not segments[0].strip(BLANKS):
         return (), start
     operands: list[Operand | None] = []
@@ -175,7 +179,7 @@ def _operand(text: str, start: int, end: int, problems: list[Problem]) -> Operan
 
 def _without_name(text: str, labels: tuple[Token, ...], comment: int | None, start: int, end: int) -> Line:
     """A line whose statement does not begin with a name."""
-    head = tokenize(text, start, end)[0]
+    head = first_token(text, start, end)
     if head.text == "#" and not labels:
         return _include(text)
     if head.kind in ("malformed", "stray"):

@@ -65,6 +65,14 @@ def tokenize(line: str, start: int = 0, end: int | None = None) -> list[Token]:
     return tokens
 
 
+def first_token(line: str, start: int, end: int) -> Token:
+    """The first token between two columns, where there is one."""
+    match = _TOKEN.match(line, start, end)
+    assert match is not None and match.lastgroup is not None
+    first, last = match.span(match.lastgroup)
+    return make(Token, (match.lastgroup, line[first:last], first, last))
+
+
 def split_lines(text: str) -> list[str]:
     """The lines of `text` without their ends, which are LF, CR LF or CR; the last one may be empty."""
     if "\r" in text:
