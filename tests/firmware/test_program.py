@@ -566,3 +566,38 @@ def test_user_variables_come_back_unless_parameter_85_forbids_it() -> None:
     direct(module, "SGP 85, 0, 1")
     module.reset()
     assert module.program.variables[1:3] == [0, 0]
+
+
+class Recorder:
+    """Sees the commands of a program."""
+
+    def __init__(self) -> None:
+        self.seen: list[tuple[int, int, int]] = []
+
+    def telegram(self, port: object, direction: str, data: bytes, now: int) -> None:
+        del port, direction, data, now
+
+    def instruction(self, address: int, instruction: Instruction, now: int) -> None:
+        self.seen.append((address, instruction.number, now))
+
+    def event(self, kind: str, motor: int, now: int) -> None:
+        del kind, motor, now
+
+
+class DeafRecorder(Recorder):
+    instruction = None
+
+
+def test_an_observer_sees_each_command_at_its_clock() -> None:
+    module = module_with("CALC LOAD, 1 \n WAIT TICKS, 0, 1 \n STOP")
+    module.observer = recorder = Recorder()
+    module.program.run()
+    run_to_stop(module)
+    later = 3 * CLOCKS + 10 * MS
+    assert recorder.seen == [(0, 19, CLOCKS), (1, 27, 2 * CLOCKS), (2, 28, later)]
+
+
+def test_an_observer_that_wants_no_commands_does_not_slow_the_program() -> None:
+    module = started(HANDSHAKE)
+    module.observer = DeafRecorder()
+    assert events(module, 1000) < 20

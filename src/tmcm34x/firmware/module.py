@@ -84,8 +84,12 @@ class Observer(Protocol):
         """Bytes came in ("in") or go out ("out")."""
         ...
 
-    def instruction(self, address: int, instruction: Instruction, now: int) -> None:
-        """The program is about to execute the instruction at `address`."""
+    @property
+    def instruction(self) -> Callable[[int, Instruction, int], object] | None:
+        """Called with address, instruction and clock before the program executes one; None: not wanted.
+
+        A program that somebody looks at in this way runs command by command.
+        """
         ...
 
     def event(self, kind: str, motor: int, now: int) -> None:
@@ -372,7 +376,8 @@ class Module:
 
     def _note_pins(self) -> None:
         if self.powered:
-            self._pins_due = self.now + 1
+            if self.program.state or any(search.state for search in self.searches):
+                self._pins_due = self.now + 1
             self.supervision.pins_changed()
 
 

@@ -359,7 +359,10 @@ class Program:
     @property
     def _watched(self) -> bool:
         """Whether somebody looks at each single command."""
-        return self.before_instruction is not None or self._module.observer is not None
+        observer = self._module.observer
+        return self.before_instruction is not None or (
+            observer is not None and observer.instruction is not None
+        )
 
     @property
     def _protection(self) -> int:
@@ -411,7 +414,7 @@ class Program:
             self._halt()
             return True
         observer = self._module.observer
-        if observer is not None:
+        if observer is not None and observer.instruction is not None:
             observer.instruction(address, self._instruction(address), now)
         return False
 
