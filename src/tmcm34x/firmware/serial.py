@@ -20,6 +20,7 @@ from tmcm34x.tmcl.global_parameters import BAUD_RATES
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
+    from tmcm34x.firmware.dispatch import Handler
     from tmcm34x.firmware.module import Module
 
 TIME_OUT: Final = 5 * MS
@@ -66,6 +67,7 @@ class SerialPort:
 
     def power_on(self) -> None:
         """Forget what was received; start in the mode of global parameter 67."""
+        self._buffer.clear()
         self._buffer.clear()
         self.ascii_mode = bool(self.module.eeprom.global_values[67] & 1)
 
@@ -114,7 +116,8 @@ class SerialPort:
         if module.heartbeat:
             module.supervision.heard()
         if number < _FIRST_CONTROL and not program.state and not program.downloading:
-            status, value = module.handlers[number](type_, motor, value)
+            handler: Handler = module.handlers[number]
+            status, value = handler(type_, motor, value)
             self._answer(status, number, value)
         else:
             module.command(self, Instruction(number, type_, motor, value), SIZE)
