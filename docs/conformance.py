@@ -84,6 +84,7 @@ def _command_types() -> Iterator[Row]:
         ("SCO.255", "`SCO n, 255`: coordinates from RAM to EEPROM", "6.7.25"),
         ("GCO.255", "`GCO n, 255`: coordinates from EEPROM to RAM", "6.7.26"),
         ("CCO.7", "`CCO n, 7`: all three axes", "6.7.27"),
+        ("UF.customer", "`UF0` to `UF7` with a customer's functions", "6.7.33"),
     ):  # fmt: skip
         yield _exercised(key, name, section)
 
@@ -153,6 +154,8 @@ def _wire() -> Iterator[Row]:
         ("WIRE.checksum", "8-bit sum; a wrong one answers status 1", "6.1"),
         ("WIRE.address", "a telegram for another address is passed over", "6.1"),
         ("WIRE.reply", "reply address, module address, status, command, value, sum", "6.2"),
+        ("WIRE.any-address", "USB takes telegrams for any address", "6.1"),
+        ("WIRE.bus", "several modules on one line, each with its address", "6"),
         ("WIRE.time-out", "an incomplete telegram is dropped", "6.1"),
         ("CAN.7", "seven data bytes: no address, no checksum", "6.1"),
         ("CAN.8", "an eight byte frame is answered by eight bytes", "6.7.36"),

@@ -35,6 +35,7 @@ from tmcm34x.tmcl.datagram import (
     unpack_request,
 )
 from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
+from tmcm34x.tmcl.status import Status
 
 MODELS = frozenset({341, 342, 343})
 LINKS = ("memory", "pty", "tcp", "can", "slcan")
@@ -400,7 +401,6 @@ class Player:
     address: int = 1
     host: int = 2
     asked: Instruction | None = None
-    loading: bool = False
     replies: list[bytes | Frame] = field(default_factory=list)
     marks: set[str] = field(default_factory=set)
 
@@ -472,14 +472,9 @@ class Player:
         self._mark(reply.status)
 
     def _mark(self, status: int) -> None:
+        """Note what was done; a command that was only loaded was not."""
         self.marks.add(f"STATUS.{status}")
-        if self.asked is None:
-            return
-        if self.asked.number == 132:
-            self.loading = status == 100
-        if self.asked.number == 133:
-            self.loading = False
-        if not self.loading or self.asked.number >= 128:
+        if self.asked is not None and status != Status.LOADED:
             self.marks.update(conformance.marks(self.asked))
 
     def _reply(self) -> Reply:

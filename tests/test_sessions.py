@@ -7,8 +7,10 @@ import pytest
 
 from session_links import LINKS
 from session_runner import KIND, MemoryCan, MemorySerial, SessionError, all_cases, load, missing_marks, play
+from tmcm34x import clock
 from tmcm34x.bench import build, simple_rig
 from tmcm34x.bench.description import parse
+from tmcm34x.tmcl.datagram import Instruction, Reply, pack_reply, pack_request, unpack_reply
 
 SESSIONS = Path(__file__).parent / "sessions"
 CASES = list(all_cases(SESSIONS))
@@ -131,3 +133,49 @@ def test_commands_that_a_program_passes_by_are_not_exercised(tmp_path):
     marks = played(tmp_path, text).marks
     assert "STOP" in marks
     assert "ROR" not in marks
+
+
+@pytest.mark.pins("UF.customer UF0 UF1 UF2 UF3 UF4 UF5 UF6 UF7")
+def test_user_functions_answer_what_the_customers_firmware_says():
+    rig = simple_rig()
+    module, wire = rig.modules[0], MemorySerial(rig)
+    for n in range(8):
+        module.user_functions[n] = lambda module, type_, motor, value, n=n: (100 + n, type_ + motor + value)
+        wire.send(pack_request(1, Instruction(64 + n, n, 10, 1000)))
+        assert unpack_reply(wire.received) == Reply(2, 1, 100 + n, 64 + n, 1010 + n)
+        wire.received.clear()
+
+
+@pytest.mark.pins("UF.customer PROG.accumulator")
+def test_a_programs_user_function_loads_the_accumulator():
+    rig = simple_rig()
+    module = rig.modules[0]
+    module.user_functions[3] = lambda module, type_, motor, value: (100, value * 2)
+    module.eeprom.write_program([Instruction(67, 0, 0, 21), Instruction(28)])
+    module.program.run(0)
+    MemorySerial(rig).advance(clock.MS)
+    assert module.program.accumulator == 42
+
+
+@pytest.mark.pins("WIRE.any-address")
+@pytest.mark.parametrize("address", [0, 1, 77, 255])
+def test_usb_takes_any_address(address):
+    received = bytearray()
+    port = simple_rig().modules[0].open_serial_port(received.extend, any_address=True)
+    port.receive(pack_request(address, Instruction(10, 66)))
+    assert unpack_reply(received) == Reply(2, 1, 100, 10, 1)
+
+
+@pytest.mark.pins("WIRE.bus WIRE.address")
+def test_modules_on_one_line_answer_one_by_one():
+    rig = build(
+        parse("[[module]]\naddress = 1\n[[module]]\naddress = 2\nmodel = 341\n[[module]]\naddress = 5\n")
+    )
+    received = bytearray()
+    ports = [module.open_serial_port(received.extend) for module in rig.modules]
+    for address in range(1, 7):
+        for port in ports:
+            port.receive(pack_request(address, Instruction(10, 66)))
+        expected = pack_reply(Reply(2, address, 100, 10, address)) if address in {1, 2, 5} else b""
+        assert received == expected
+        received.clear()

@@ -65,7 +65,7 @@ DIRECT = [row for row in ANYWHERE if "direct" in row.where]
 FAULTS = ("open_load_a", "open_load_b", "short_a", "short_to_ground", "under_voltage", "over_temperature")
 
 
-class Wedged(AssertionError):
+class WedgedError(AssertionError):
     """A module that does not go on or does not answer."""
 
 
@@ -92,7 +92,7 @@ class Soak:
 
     def play(self, hours):
         """Do random things for so long, then look at everything."""
-        self.longest_rest_s = max(60, int(hours * 3600 / 50))
+        self.longest_rest_s = max(60, min(600, int(hours * 72)))
         names, weights = zip(*OPERATIONS.items(), strict=True)
         while self.rig.now < hours * 3600 * clock.HZ:
             name = self.random.choices(names, weights)[0]
@@ -116,7 +116,7 @@ class Soak:
         self.received.clear()
         answers = [answer for answer in answers if answer.status != 128]
         if len(answers) != replies:
-            raise Wedged(f"{instruction} was answered by {answers}")
+            raise WedgedError(f"{instruction} was answered by {answers}")
         return answers[0] if replies else None
 
     def do(self, text):
@@ -140,7 +140,7 @@ class Soak:
         while (when := rig.next_event()) <= until:
             same = same + 1 if when == last else 0
             if when < rig.now or same > SAME_CLOCK:
-                raise Wedged(f"event at {when} at clock {rig.now}, {same} times")
+                raise WedgedError(f"event at {when} at clock {rig.now}, {same} times")
             last = when
             rig.advance(when)
         rig.advance(until)
@@ -212,7 +212,7 @@ class Soak:
         self.port.receive(bytes(self.random.choice((0, 2, 85, 255)) for _ in range(count)))
         self.run(20 * clock.MS)
         if any(reply.status != 128 for reply in self.take_late()):
-            raise Wedged("noise was answered")
+            raise WedgedError("noise was answered")
 
     def take_late(self):
         """Second replies of command 138."""
@@ -363,7 +363,7 @@ class Soak:
         self.port.receive(pack_request(1, parse_instruction("GGP 66, 0")))
         self.run(256 * clock.MS)
         if [reply.value for reply in self.take_late() if reply.status == 100] != [1]:
-            raise Wedged("no answer after power-on")
+            raise WedgedError("no answer after power-on")
 
     def compare_over_the_wire(self):
         """What the host reads is what it stored."""
