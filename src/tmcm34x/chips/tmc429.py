@@ -543,8 +543,11 @@ class Tmc429:
         if changed & reference and state.v and words[configuration] & lp:
             words[configuration] &= ~lp
             words[_INDEX["X_LATCHED"]] = state.x & DATA
+        axis = self._axes[motor]
+        stops = axis.left, axis.right
         self._resolve_stops(motor)
-        self._cut(motor, state)
+        if (axis.left, axis.right) != stops:
+            self._cut(motor, state)
         self._replan(motor)
 
     def _resolve_stops(self, motor: int) -> None:
