@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from tmcm34x.board.board import SpiDevice
 
 MOTORS: Final = 3
+CAN_ADDRESS: Final = 71
+"""Global parameter of the CAN identifier a module listens to."""
 NULL_LEVELS: Final = {"high": 1, "low": 0, "none": None}
 INPUT_NUMBERS: Final = {name: n for n, name in enumerate(d.Inputs.__struct_fields__)}
 """Numbers of the inputs as worlds know them: IN_0..IN_7, SHUTDOWN."""
@@ -71,6 +73,8 @@ def _world(bench: d.Bench, index: int, eeprom: Eeprom | None) -> World:
         address=row.address if new else None,
         host_address=row.host_address if new else None,
     )
+    if new and row.address is not None:
+        module.eeprom.set_global_value(CAN_ADDRESS, row.address)
     path = f"module[{index}]"
     axes = list(row.axis) + [None] * (MOTORS - len(row.axis))
     fittings = [

@@ -49,34 +49,33 @@ class Rig:
 
     def next_event(self) -> int:
         """The next clock at which something could be noticed."""
+        self._settle()
         due = self._happenings[0].when if self._happenings else NEVER
         for world in self.worlds:
-            if world.dirty:
-                self._settle()
-                break
-        for world in self.worlds:
-            due = min(due, world.due, world.module.next_event())
+            due = min(due, world.due)
+            when = world.module.next_event()
+            due = min(due, when)
         return due
 
     def advance(self, now: int) -> None:
         """Bring modules and worlds to clock `now`."""
-        eventful = self.next_event() <= now
         for module in self.modules:
             module.advance(now)
         self.now = now
-        if eventful:
-            while self._happenings and self._happenings[0].when <= now:
-                heappop(self._happenings).do()
-            self._settle()
+        while self._happenings and self._happenings[0].when <= now:
+            heappop(self._happenings).do()
+        self._settle()
 
     def _settle(self) -> None:
         """Bring the worlds to the modules' clock; what one does may concern another."""
-        for world in self.worlds:
-            world.settle(self.now)
-        while any(world.dirty for world in self.worlds):
+        now = self.now
+        waiting = True
+        while waiting:
+            waiting = False
             for world in self.worlds:
-                if world.dirty:
-                    world.settle(self.now)
+                if world.dirty or world.due <= now:
+                    world.settle(now)
+                    waiting = True
 
 
 def simple_rig(

@@ -100,8 +100,7 @@ class Mount:
         self.due = NEVER
         """The clock at which the grip or a bouncing contact must be looked at."""
         self.dirty = True
-        """Whether the chip has another plan, or somebody did something, since the last look."""
-        self.moving = False
+        """Whether the chip has had an event or another plan, or somebody did something, since the last look."""
         self._watched = EVERYWHERE
         self._steps = 0
         self._counted = 0
@@ -191,7 +190,6 @@ class Mount:
             ),
         )
         self.dirty = False
-        self.moving = bool(motion.rate_hz or motion.acceleration_hz_s)
         self.due = axis.next_event(now)
         if motion.acceleration_hz_s:
             delay_s = axis.delay_s()
@@ -316,11 +314,11 @@ class World:
         """Bring everything to `now`, to which the module has come."""
         due = NEVER
         for mount in self.mounts:
-            if mount.dirty or mount.moving or mount.due <= now:
+            if mount.dirty or mount.due <= now:
                 mount.settle(now)
+                if self.encoder_chip is not None:
+                    self.encoder_chip.counters[mount.motor].sample()
             due = min(due, mount.due)
-        if self.encoder_chip is not None:
-            self.encoder_chip.sample()
         if SHUTDOWN in self._sources or SHUTDOWN in self._overrides:
             source = self._source(SHUTDOWN)
             self.module.board.set_shutdown(int(source.level(now) >= THRESHOLD))

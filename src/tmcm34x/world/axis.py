@@ -81,6 +81,8 @@ class Axis:
         self._inertia = motor.inertia_kgm2 + load.inertia_kgm2
         for line in (self.left, self.right):
             line.settle(self.rotor)
+        self._lowest = self._highest = self.rotor
+        self._look_around()
 
     # What the field does
 
@@ -98,9 +100,18 @@ class Axis:
             self._catch(field)
             if self.grip is Grip.FOLLOWING:
                 self._turn(field)
+        if not self._lowest <= self.rotor <= self._highest:
+            self.left.follow(now, self.rotor)
+            self.right.follow(now, self.rotor)
+            self._look_around()
+
+    def _look_around(self) -> None:
+        """Find the rotor positions between which no switch and no outer torque changes."""
         rotor = self.rotor
-        self.left.follow(now, rotor)
-        self.right.follow(now, rotor)
+        low, high = narrowest((self.left.room(rotor), self.right.room(rotor)))
+        below, above = self._zones.room(rotor)
+        self._lowest = low if below is None else max(low, below)
+        self._highest = high if above is None else min(high, above)
 
     def _catch(self, field: Field) -> None:
         """Get into step again, if the rotor is out of it and the field lets it."""
@@ -199,13 +210,7 @@ class Axis:
         """The lowest and highest field angle at which nothing changes; beyond them `follow` must be called."""
         if self.grip is not Grip.FOLLOWING:
             return -FAR, FAR
-        rotor, slip = self.rotor, self._slip
-        low, high = narrowest((self.left.room(rotor), self.right.room(rotor)))
-        below, above = self._zones.room(rotor)
-        if below is not None and below > low:
-            low = below
-        if above is not None and above < high:
-            high = above
+        slip, low, high = self._slip, self._lowest, self._highest
         if low <= self.low:
             low = self.low - YIELD
         if high >= self.high:

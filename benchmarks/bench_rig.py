@@ -1,0 +1,84 @@
+"""How much faster than real time a bench runs.
+
+    python benchmarks/bench_rig.py
+
+Three axes move all the time, with and without switches and loads, driven by commands as a host sends them; then 64
+modules on one line are polled in turn, as on a CAN bus of 1 Mbit/s, where a request and its answer take 0.22 ms.
+"""
+
+from __future__ import annotations
+
+import time
+
+from tmcm34x.bench import Rig, build, simple_rig
+from tmcm34x.bench.description import parse
+from tmcm34x.clock import HZ, MS, run_until
+from tmcm34x.tmcl.datagram import Instruction
+
+SECONDS = 200
+AXIS = """
+[[module.axis]]
+load = { kind = "carriage", mass_kg = 1.0, friction_n = 3.0, low = -51.0, high = 51.0, force = [[-50, 0], [0, 20], [10, 0]] }
+switch.left = { position = -50.0, hysteresis = 0.05 }
+switch.right = { position = 50.0, hysteresis = 0.05 }
+switch.reference = { position = 5.0, width = 1.0, hysteresis = 0.05 }
+switch.bounce_ms = 1.0
+encoder = { lines = 1000 }
+"""
+FULL = "[[module]]\n" + AXIS * 3 + "[module.spi]\nSPI_SEL0 = { kind = 'tmcm323' }\n"
+
+
+def shuttle(rig: Rig) -> float:
+    """Send three axes to and fro, a command for each every second; returns times real time."""
+    module = rig.modules[0]
+    for motor in range(3):
+        module.execute(Instruction(5, 13, motor, 1))
+    start = time.process_time()
+    for second in range(SECONDS):
+        for motor in range(3):
+            target = (20_000, -15_000, 9_000)[(second + motor) % 3]
+            module.execute(Instruction(4, 0, motor, target))
+        run_until(rig, (second + 1) * HZ)
+    return SECONDS / (time.process_time() - start)
+
+
+def homing(rig: Rig) -> float:
+    """Reference searches of three axes at once, again and again; returns times real time."""
+    module = rig.modules[0]
+    for motor in range(3):
+        module.execute(Instruction(5, 193, motor, 3))
+    start = time.process_time()
+    for _ in range(3):
+        for motor in range(3):
+            module.execute(Instruction(13, 0, motor))
+        while any(search.state for search in module.searches):
+            rig.advance(rig.next_event())
+    return rig.now / HZ / (time.process_time() - start)
+
+
+def poll(count: int) -> float:
+    """Ask modules on one line in turn, all of them moving; returns seconds of work per answer."""
+    rig = build(parse("".join(f"[[module]]\naddress = {n}\n" for n in range(count))))
+    answers: list[bytes] = []
+    ports = [module.open_can_port(lambda identifier, data: answers.append(data)) for module in rig.modules]
+    for module in rig.modules:
+        module.execute(Instruction(1, 0, 0, 100))
+    request = bytes((6, 1, 0, 0, 0, 0, 0))
+    rounds = 20
+    start = time.process_time()
+    for _ in range(rounds):
+        for n, port in enumerate(ports):
+            rig.next_event()
+            rig.advance(rig.now + MS * 22 // 100)
+            port.receive(n, request)
+    took = time.process_time() - start
+    assert len(answers) >= rounds
+    return took / rounds / count
+
+
+if __name__ == "__main__":
+    print(f"three axes to and fro, bare        {shuttle(simple_rig()):8.0f} x real time")
+    print(f"three axes to and fro, full bench  {shuttle(build(parse(FULL))):8.0f} x real time")
+    print(f"three reference searches at once   {homing(build(parse(FULL))):8.0f} x real time")
+    for count in (1, 16, 64):
+        print(f"one of {count:2} modules asked and answered {poll(count) * 1e6:6.0f} us")
