@@ -4,7 +4,7 @@ import { render } from "preact";
 import { Editor } from "./editor/editor";
 import { PROGRAM_FLAGS } from "./wire";
 import { action, perform, shownTheme } from "./logic/actions";
-import { can, clockSeconds, connection, loaded, program, tables, time, timePaused, welcome, windows } from "./logic/app";
+import { can, clockSeconds, connection, loaded, online, program, tables, time, timePaused, welcome, windows } from "./logic/app";
 import { assembled, busy, changedSinceDownload, languageServer } from "./logic/build";
 import { PAGES, active, activeTab, closeTab, documents, newFile, openFile, problemCount, restore, tabs, target, type PageName, type Tab } from "./logic/documents";
 import { bottomTall, layout, lowerPanel, right, type BottomPanel, type RightPanel } from "./logic/layout";
@@ -132,7 +132,7 @@ function Page() {
     const Bottom = lower.value ? BOTTOM[lower.value][1] : null;
     const columns = `${sizes.files ? `${sizes.filesWidth}px ` : "0 "}minmax(0, 1fr) ${Right ? `${sizes.rightWidth}px` : "0"}`;
     return (
-        <div class="shell" style={{ gridTemplateColumns: columns }}>
+        <div class={`shell ${welcome.value && !online.value ? "offline" : ""}`} style={{ gridTemplateColumns: columns }}>
             <TopBar />
             <Banner />
             {sizes.files ? <div class="side"><Files /><Splitter vertical label="Width of files" onDrag={(delta) => set({ filesWidth: clamp(layout.value.filesWidth + delta, 120, 420) })} /></div> : <div />}

@@ -521,10 +521,11 @@ export interface SetRate {
     hz: number;
 }
 
-/** Send this page the telegram log from now on, or no more. */
+/** Send this page the telegram log from now on, or no more; with the IDE's own polling or without. */
 export interface FollowLog {
     call: "follow_log";
     on: boolean;
+    polls?: boolean;
 }
 
 /** Change something on the virtual bench. */

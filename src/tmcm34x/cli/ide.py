@@ -142,9 +142,13 @@ async def _serve(
 
 def _target(options: dict[str, Any], telegrams: Telegrams) -> Target:
     if options["port"]:
+        from tmcm34x.host.exceptions import LinkError
         from tmcm34x.ide.remote import Remote
 
-        return Remote(options["port"], options["baud"], options["address"], telegrams)
+        try:
+            return Remote(options["port"], options["baud"], options["address"], telegrams)
+        except LinkError as error:
+            raise CliError(str(error)) from error
     return _virtual(options, telegrams)
 
 

@@ -86,6 +86,7 @@ class Hub:
         """A window opens."""
         self.pages.add(page)
         page.send(self.welcome())
+        page.send(self.target.link)
         self.tell(wire.Windows(len(self.pages)))
 
     def leave(self, page: Page) -> None:
@@ -181,6 +182,7 @@ class Hub:
     async def _store(self, program: tuple[Instruction, ...]) -> None:
         marked = [*program, END_MARK] if len(program) < PROGRAM_SIZE else list(program)
         self._downloading, self._abort = True, False
+        self.target.hush(True)
         try:
             await self._command(Instruction(STOP_PROGRAM))
             await self._command(Instruction(START_DOWNLOAD))
@@ -193,6 +195,7 @@ class Hub:
         finally:
             await self.target.exchange(Instruction(QUIT_DOWNLOAD))
             self._downloading = False
+            self.target.hush(False)
             self.tell(wire.Progress("Downloading", 1, 1))
         await self._command(Instruction(RESET_PROGRAM))
 
@@ -327,6 +330,8 @@ class Hub:
         return await self.target.exchange(instruction)
 
     async def _read_many(self, page: Page, call: wire.ReadMany) -> list[int | None]:
+        if self._downloading and not self.target.ability.peek:
+            raise wire.RefusalError("busy", "A download is under way.")
         return await self.target.read(call.items)
 
     async def _stop_all(self, page: Page, call: wire.StopAll) -> None:
@@ -349,7 +354,8 @@ class Hub:
         page.rate_hz = max(0, min(MAX_RATE_HZ, call.hz))
 
     async def _follow_log(self, page: Page, call: wire.FollowLog) -> None:
-        page.follow_log(call.on)
+        page.follow_log(call.on, call.polls)
+        self.telegrams.polls_wanted = any(other.wants_polls for other in self.pages)
 
     # The bench
 

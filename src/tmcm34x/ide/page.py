@@ -48,6 +48,7 @@ class Page:
         self._calls: set[asyncio.Task[None]] = set()
         self._log_from: int | None = None
         self.rate_hz = 30
+        self.wants_polls = False
         self.watches: list[wire.Watched] = []
 
     def send(self, event: wire.Event) -> None:
@@ -55,9 +56,11 @@ class Page:
         self._events.append(_event.encode(event))
         self._wake.set()
 
-    def follow_log(self, on: bool) -> None:
-        """Send log lines from the oldest kept on, or none."""
-        self._log_from = 0 if on else None
+    def follow_log(self, on: bool, polls: bool) -> None:
+        """Send log lines from the oldest kept on, or none; `polls` asks for the IDE's own."""
+        if on != (self._log_from is not None):
+            self._log_from = 0 if on else None
+        self.wants_polls = on and polls
 
     async def serve(self) -> None:
         """Talk to the page until it goes."""

@@ -31,8 +31,17 @@ class Target(Protocol):
         """Let go of everything."""
         ...
 
+    @property
+    def link(self) -> wire.Link:
+        """Whether the module can be reached, and why not."""
+        ...
+
     async def exchange(self, instruction: Instruction) -> wire.Exchange:
         """Send a command and wait for its answer; status 0 is none in time."""
+        ...
+
+    def hush(self, on: bool) -> None:
+        """Send nothing of one's own accord, because the module would store it as part of a program."""
         ...
 
     async def read(self, items: Sequence[wire.Watched]) -> list[int | None]:

@@ -32,6 +32,8 @@ class Telegrams:
 
     def __init__(self) -> None:
         self.count = 0
+        self.polls_wanted = False
+        """Some page wants to see also what the IDE asks for by itself."""
         self._entries: deque[Entry] = deque(maxlen=KEPT)
 
     def add(self, now: float, link: str, inward: bool, data: bytes, meaning: str = "") -> None:

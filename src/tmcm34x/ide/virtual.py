@@ -80,6 +80,11 @@ class Virtual:
         self._disconnect()
         await self.server.close()
 
+    @property
+    def link(self) -> wire.Link:
+        """The line of a virtual module is at its bench."""
+        return wire.Link(True, "")
+
     # The line
 
     def _connect(self) -> None:
@@ -150,6 +155,9 @@ class Virtual:
                 self._answer.set_result(telegram)
 
     # Reading beside the line
+
+    def hush(self, on: bool) -> None:
+        """Nothing is sent without being asked for."""
 
     async def read(self, items: Sequence[wire.Watched]) -> list[int | None]:
         """Values of parameters and coordinates, as a command would read them."""

@@ -519,9 +519,10 @@ class SetRate(Call, tag="set_rate"):
 
 
 class FollowLog(Call, tag="follow_log"):
-    """Send this page the telegram log from now on, or no more."""
+    """Send this page the telegram log from now on, or no more; with the IDE's own polling or without."""
 
     on: bool
+    polls: bool = False
 
 
 class SetBench(Call, tag="set_bench"):

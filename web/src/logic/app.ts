@@ -100,6 +100,14 @@ export const LOG_LINES = 5000;
 export const telegrams = signal<Telegram[]>([]);
 export const droppedTelegrams = signal(0);
 
+/** The server numbers telegrams; after a reload of the connection it sends some again. */
+function addTelegrams(lines: Telegram[]): void {
+    const last = telegrams.value[telegrams.value.length - 1]?.number ?? 0;
+    const first = lines[0]?.number ?? 0;
+    const known = first <= last ? telegrams.value.filter((line) => line.number < first) : telegrams.value;
+    telegrams.value = known.concat(lines).slice(-LOG_LINES);
+}
+
 // ------------------------------------------------------------------ notices
 export interface Notice {
     id: number;
@@ -220,7 +228,7 @@ connection.onEvent = (event) => {
             progress.value = event.done >= event.total ? null : event;
             break;
         case "telegrams":
-            telegrams.value = telegrams.value.concat(event.lines).slice(-LOG_LINES);
+            addTelegrams(event.lines);
             droppedTelegrams.value += event.dropped;
             break;
         case "happened":

@@ -122,7 +122,7 @@ function Answer({ exchange }: { exchange: Exchange }) {
             <td class="command">{exchange.text}</td>
             <td class="bytes" title="Sent and received">{exchange.sent}<br />{exchange.received || "no answer"}</td>
             <td class="value">{exchange.status ? exchange.value : ""}</td>
-            <td class="result" title={exchange.meaning}>{exchange.status ? `${exchange.status} ` : ""}{exchange.meaning}</td>
+            <td class="result" title={exchange.meaning}>{good && exchange.meaning.startsWith("success") ? "100" : `${exchange.status || ""} ${exchange.meaning}`}</td>
             <td class="acts">
                 <button class="tool" title="Send again" aria-label="Send again" onClick={() => executeLine(exchange.text)}><Icon name="continue" /></button>
                 <button class="tool" title="Copy to the editor" aria-label="Copy to the editor" onClick={() => insertIntoEditor(exchange.text)}><Icon name="copy" /></button>

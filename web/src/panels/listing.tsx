@@ -42,7 +42,7 @@ export function Listing() {
             </div>
             {symbols.length > 0 && (
                 <aside><h4>Symbols</h4><table><tbody>{symbols.map((symbol) => (
-                    <tr key={symbol.name}><td>{symbol.name}</td><td class="muted">{symbol.kind}</td><td class="value">{symbol.value}</td></tr>))}</tbody></table></aside>
+                    <tr key={symbol.name}><td class={symbol.kind}>{symbol.name}</td><td class="value">{symbol.value}</td></tr>))}</tbody></table></aside>
             )}
         </div>
     );

@@ -1,13 +1,14 @@
 // All telegrams of all links, decoded.
 import { useComputed, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { ask, connection, droppedTelegrams, online, tables, telegrams } from "../logic/app";
+import { ask, can, connection, droppedTelegrams, online, tables, telegrams } from "../logic/app";
 import { remembered } from "../logic/settings";
 import { Empty, offer } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
 const filter = remembered("log-filter", "");
 const following = remembered("log-follow", true);
+const polls = remembered("log-polls", false);
 const ROW = 19;
 
 /** Words that must all occur; a word with a leading minus must not. */
@@ -18,9 +19,10 @@ export function matches(text: string, words: readonly string[]): boolean {
 
 export function Log() {
     useEffect(() => {
-        void ask({ call: "follow_log", on: true });
+        if (!online.value) return;
+        void ask({ call: "follow_log", on: true, polls: polls.value });
         return () => void connection.call({ call: "follow_log", on: false }).catch(() => {});
-    }, [online.value]);
+    }, [online.value, polls.value]);
     const box = useRef<HTMLDivElement>(null);
     const top = useSignal(0);
     const height = useSignal(200);
@@ -42,6 +44,7 @@ export function Log() {
                 <label class="search"><Icon name="filter" /><input placeholder="filter: words, -without" aria-label="Filter telegrams" value={filter.value}
                     onInput={(event) => (filter.value = event.currentTarget.value)} /></label>
                 <span class="muted">{shown.value.length}{filter.value && ` of ${telegrams.value.length}`} telegrams{droppedTelegrams.value ? `, ${droppedTelegrams.value} too many to keep` : ""}</span>
+                {!can.value.peek && <label class="check" title="The IDE reads positions and states all the time"><input type="checkbox" checked={polls.value} onChange={(event) => (polls.value = event.currentTarget.checked)} /> with the IDE's polling</label>}
                 <span class="gap" />
                 <button class={`tool ${following.value ? "on" : ""}`} aria-pressed={following.value} title="Stay at the newest line" onClick={() => (following.value = !following.value)}><Icon name="down" /></button>
                 <button class="tool" title="Save the lines shown" onClick={() => offer("telegrams.txt", text())}><Icon name="save" /></button>

@@ -46,12 +46,15 @@ function Cell({ row, motor, value }: { row: Parameter; motor: number; value: num
 
 function Range({ row }: { row: Parameter }) {
     const text = row.low === -(2 ** 31) ? "±2³¹" : row.low === -(2 ** 23) ? "±2²³" : row.high === 2 ** 23 - 1 ? "0…2²³" : `${row.low}…${row.high}`.replace("-", "\u2212");
-    return <td class="range">{row.access.includes("W") ? text : "read only"}</td>;
+    return (
+        <td class="range">{row.access.includes("W") ? <><b>{text}</b> <span title="Default">({row.default})</span></> : "read only"}
+            {row.unit && <div>{row.unit}</div>}</td>
+    );
 }
 
 function What({ row }: { row: Parameter }) {
     return (
-        <td class="what"><b>{row.name}</b><p>{row.meaning} <span class="section">{row.section}</span></p></td>
+        <td class="what"><b>{row.name}</b><p title={row.meaning}>{row.meaning} <span class="section">{row.section}</span></p></td>
     );
 }
 
@@ -79,12 +82,12 @@ function AxisTable() {
         && (!changedOnly.value || (row.access.includes("W") && [0, 1, 2].some((motor) => axisValue(row, motor) != null && axisValue(row, motor) !== row.default))));
     return (
         <table class="parameters three">
-            <thead><tr><th>no.</th><th>parameter</th>{[0, 1, 2].map((motor) => <th key={motor} class={`motor motor${motor}`}>motor {motor}</th>)}<th>unit</th><th>range</th><th>default</th><th /></tr></thead>
+            <thead><tr><th>no.</th><th>parameter</th>{[0, 1, 2].map((motor) => <th key={motor} class={`motor motor${motor}`}>motor {motor}</th>)}<th>range (default)</th><th /></tr></thead>
             <tbody>{rows.map((row) => (
                 <tr key={row.number}>
                     <td class="no">{row.number}</td><What row={row} />
                     {[0, 1, 2].map((motor) => <Cell key={motor} row={row} motor={motor} value={axisValue(row, motor)} />)}
-                    <td class="unit">{row.unit}</td><Range row={row} /><td class="default">{row.access.includes("W") ? row.default : ""}</td>
+                    <Range row={row} />
                     <td class="acts">{row.access.includes("E") && (<>
                         <button class="tool" title="Store for all three motors (STAP)" aria-label={`Store ${row.name}`} onClick={() => each([0, 1, 2], "STAP", row)}><Icon name="save" /></button>
                         <button class="tool" title="Bring back what is stored (RSAP)" aria-label={`Restore ${row.name}`} onClick={() => each([0, 1, 2], "RSAP", row)}><Icon name="undo" /></button>
@@ -101,10 +104,10 @@ function GlobalTable() {
         && (!changedOnly.value || (row.access.includes("W") && globalValue(row) != null && globalValue(row) !== row.default)));
     return (
         <table class="parameters">
-            <thead><tr><th>no.</th><th>parameter</th><th>value</th><th>unit</th><th>range</th><th>default</th></tr></thead>
+            <thead><tr><th>no.</th><th>parameter</th><th>value</th><th>range (default)</th></tr></thead>
             <tbody>{rows.map((row) => (
                 <tr key={row.number}><td class="no">{row.number}</td><What row={row} /><Cell row={row} motor={0} value={globalValue(row)} />
-                    <td class="unit">{row.unit}</td><Range row={row} /><td class="default">{row.access.includes("W") ? row.default : ""}</td></tr>
+                    <Range row={row} /></tr>
             ))}</tbody>
         </table>
     );

@@ -18,7 +18,7 @@ export function Problems() {
                         onClick={() => openFile(problem.place.path, problem.place.line, problem.place.column)}>
                         <Icon name={ICONS[problem.severity]} />
                         <span class="text">{problem.text}</span>
-                        <span class="code">{problem.code}</span>
+                        <span class="diagnostic-code">{problem.code}</span>
                         <span class="place">{problem.place.path}:{problem.place.line}</span>
                     </button>
                 )) : <Empty icon="check" title="No problems">The assembler and the linter have nothing to say.</Empty>}
