@@ -3,7 +3,7 @@
 The module hears the identifiers of global parameters 71 and, unless 0, 83; it answers with that of 70.  Frames
 with other identifiers or lengths are ignored.  Telegram pause and serial heartbeat are no business of CAN.
 
-Source: manual 6.1, 6.2, 6.7.36, 8.1 (69 to 71, 83); reply layout: fidelity TMCL-12; fidelity FW-88.
+Source: manual 6.1, 6.2, 6.7.36, 8.1 (69 to 71, 83); reply layout: fidelity TMCL-12, FW-87.
 """
 
 from __future__ import annotations

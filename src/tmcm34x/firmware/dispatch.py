@@ -344,7 +344,7 @@ class Dispatcher:
     def do_sco(self, type_: int, motor: int, value: int) -> Result:
         """SCO: set a coordinate; motor 255 copies one or (0) all from RAM to EEPROM.
 
-        Source: manual 6.7.25; copying: fidelity FW-63.
+        Source: manual 6.7.25; copying: fidelity FW-60.
         """
         if motor == ALL_COORDINATES:
             return self._store_coordinates(type_), value
@@ -364,7 +364,7 @@ class Dispatcher:
     def do_gco(self, type_: int, motor: int, value: int) -> Result:
         """GCO: read a coordinate; motor 255 copies one or (0) all from EEPROM to RAM.
 
-        Source: manual 6.7.26; copying: fidelity FW-63.
+        Source: manual 6.7.26; copying: fidelity FW-60.
         """
         if motor == ALL_COORDINATES:
             for each in (type_,) if type_ else range(1, COORDINATES):
@@ -376,7 +376,7 @@ class Dispatcher:
         return (OK, self._coordinate(type_, motor)) if motor < MOTORS else (INVALID_VALUE, 0)
 
     def do_cco(self, type_: int, motor: int, value: int) -> Result:
-        """CCO: capture the actual position of a motor, or of all (7).  Source: manual 6.7.27; fidelity FW-64."""
+        """CCO: capture the actual position of a motor, or of all (7).  Source: manual 6.7.27; fidelity FW-61."""
         if MOTORS <= motor < ALL_MOTORS:
             return INVALID_VALUE, value
         motors = range(MOTORS) if motor == ALL_MOTORS else (motor,)

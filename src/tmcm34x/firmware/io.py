@@ -1,6 +1,6 @@
 """Digital and analogue lines, and the external SPI bus.
 
-Source: manual 6.7.14, 6.7.15, 6.7.24; fidelity FW-70 to FW-72.
+Source: manual 6.7.14, 6.7.15, 6.7.24; fidelity FW-70, FW-71.
 """
 
 from __future__ import annotations

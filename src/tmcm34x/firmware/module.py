@@ -4,7 +4,7 @@ At each clock the work is done in one fixed order, whatever the slicing of time:
 reference searches, the stand-alone program, delayed replies.  Commands of hosts are executed between two calls
 of `advance`, at `now`.  When the world changes a pin, the firmware notices one clock later.
 
-Source: manual 6, 8.1; power-on, order and time-outs: fidelity FW-80 to FW-95.
+Source: manual 6, 8.1; power-on, order and time-outs: fidelity FW-90 to FW-92.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 INSTRUCTION_CLOCKS: Final = MS // 10
-"""Time of one instruction of a program: an assumption of the right order of magnitude (fidelity FW-94)."""
+"""Time of one instruction of a program: an assumption of the right order of magnitude (fidelity FW-92)."""
 
 _CONTROL: Final = frozenset(row.number for row in CONTROL_FUNCTIONS)
 QUIT_DOWNLOAD: Final = 133
@@ -314,7 +314,7 @@ class Module:
             self.observer.event(kind, motor, self.now)
 
     def random_number(self) -> int:
-        """The next of a sequence that begins with the seed, 0..2^31 - 1 (fidelity FW-57)."""
+        """The next of a sequence that begins with the seed, 0..2^31 - 1 (fidelity FW-52)."""
         self._random = (self._random * _RANDOM_FACTOR + 1) & _RANDOM_MASK
         return self._random >> 33
 

@@ -7,7 +7,7 @@ else a new value brings about.
 An axis parameter without an entry in `_READ` lives in `Axis.values`; writing puts the value there and then
 does what `_APPLY` says, which is also how power-on brings the stored values into effect.
 
-Source: manual 6.7.5 to 6.7.12, chapters 7 and 8; fidelity FW-50 to FW-62.
+Source: manual 6.7.5 to 6.7.12, chapters 7 and 8; fidelity FW-50 to FW-55.
 """
 
 from __future__ import annotations
@@ -433,7 +433,7 @@ _TABLES: Final = {7: (0, "driver_chain"), 23: (CELLS, "microstep_table")}
 def store_global(module: Module, number: int) -> Status:
     """STGP in bank 0: the first long words of driver chain and microstep table store the whole table.
 
-    All others are stored by SGP already, or cannot be; nothing happens (manual 6.7.11, fidelity FW-58).
+    All others are stored by SGP already, or cannot be; nothing happens (manual 6.7.11, fidelity FW-53).
     """
     if (0, number) not in BY_NUMBER:
         return Status.WRONG_TYPE

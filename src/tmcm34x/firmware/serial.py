@@ -4,7 +4,7 @@ Telegrams come in any pieces.  A piece that is not completed within the receive 
 how a host finds back after noise.  A telegram for another address is silence, whatever its checksum.  A wrong
 checksum is answered with status 1, command 0 and value 0.
 
-Source: manual 6.1, 6.2, 6.6, 6.7.36, 8.1 (65 to 68, 75, 76, 255); fidelity FW-80 to FW-87.
+Source: manual 6.1, 6.2, 6.6, 6.7.36, 8.1 (65 to 68, 75, 76, 255); fidelity FW-80 to FW-86.
 """
 
 from __future__ import annotations

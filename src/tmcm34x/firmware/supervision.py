@@ -6,7 +6,7 @@ pin changes.  A motor that moves with stall detection, deviation check or a spee
 every 5 ms.  Everything else is a due clock.
 
 Source: manual 6.7.34, 7.1 (6, 7, 203 to 206, 211, 212, 214), 8.1 (68, 80) and 9.2; the 5 ms from the vendor's
-change log of the firmware line; fidelity FW-40 to FW-49.
+change log of the firmware line; fidelity FW-40 to FW-48.
 """
 
 from __future__ import annotations
