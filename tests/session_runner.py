@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import random
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -556,6 +557,21 @@ class MemorySerial:
 
     def settle(self) -> None:
         """All has happened already."""
+
+
+class SlicedSerial(MemorySerial):
+    """A serial line in memory with time cut into pieces of any size."""
+
+    def __init__(self, rig: Any, seed: int) -> None:
+        super().__init__(rig)
+        self.random = random.Random(seed)
+
+    def advance(self, clocks: int) -> None:
+        """Let simulated time pass, with stops where nothing happens."""
+        until = self.rig.now + clocks
+        for _ in range(self.random.randrange(8)):
+            super().advance(self.random.randint(0, until - self.rig.now))
+        super().advance(until - self.rig.now)
 
 
 class MemoryCan(MemorySerial):

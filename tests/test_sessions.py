@@ -6,7 +6,17 @@ import msgspec
 import pytest
 
 from session_links import LINKS
-from session_runner import KIND, MemoryCan, MemorySerial, SessionError, all_cases, load, missing_marks, play
+from session_runner import (
+    KIND,
+    MemoryCan,
+    MemorySerial,
+    SessionError,
+    SlicedSerial,
+    all_cases,
+    load,
+    missing_marks,
+    play,
+)
 from tmcm34x import clock
 from tmcm34x.bench import build, simple_rig
 from tmcm34x.bench.description import parse
@@ -52,6 +62,15 @@ def test_a_link_gives_the_same_replies_as_memory(path, link, model):
             expected = play(case, memory(rig(case, model)), model)
             with LINKS[link](rig(case, model)) as wire:
                 assert play(case, wire, model).replies == expected.replies
+
+
+@pytest.mark.parametrize("model", [341, 342, 343])
+@pytest.mark.parametrize("path", sorted(SESSIONS.glob("*.txt")), ids=lambda path: path.stem)
+def test_time_in_other_slices_gives_the_same_replies(path, model):
+    for case in load(path):
+        if "memory" in case.links and model in case.models:
+            expected = play(case, MemorySerial(rig(case, model)), model)
+            assert play(case, SlicedSerial(rig(case, model), case.line), model).replies == expected.replies
 
 
 def session(tmp_path, text):
