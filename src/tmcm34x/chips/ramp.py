@@ -110,7 +110,7 @@ class State(NamedTuple):
 class Part:
     """A stretch of the future in one direction, from `start` (exclusive) to `end` (inclusive)."""
 
-    __slots__ = ("axis", "direction", "mark", "speed", "start", "stopping")
+    __slots__ = ("_answer", "_asked", "axis", "direction", "mark", "speed", "start", "stopping")
 
     def __init__(self, axis: Axis, start: State, direction: int) -> None:
         self.axis = axis
@@ -121,6 +121,22 @@ class Part:
         """Whether it is a stop switch that slows the axis."""
         self.mark = 0
         """A tick that is noticed for its velocity, or 0."""
+        self._asked = self._answer = -1
+
+    def reached(self, steps: int) -> int:
+        """The tick of that step, or `LAST` if the part does not make it; remembers the last answer."""
+        if steps != self._asked:
+            self._asked = steps
+            self._answer = self.when(steps) if self.reaches(steps) else LAST
+        return self._answer
+
+    def reaches(self, steps: int) -> bool:
+        """Whether the part makes so many steps."""
+        raise NotImplementedError
+
+    def when(self, steps: int) -> int:
+        """The tick of a step within the part, the first being 1."""
+        raise NotImplementedError
 
     def state(self, n: int, speed: int, steps: int, acc: int, *, a: int = 0, rest: int = 0) -> State:
         """The state after tick n, so many steps from the start."""
@@ -179,6 +195,10 @@ class Coast(Part):
         ramps = (n >> axis.ramp_div) - (start.n >> axis.ramp_div)
         a = self.a if ramps == 1 else start.a if ramps == 0 else 0
         return self.state(n, speed, steps, acc, a=a, rest=start.rest if start.v == 0 else start.n + 1)
+
+    def final(self) -> State:
+        """The state after the last tick of the part."""
+        return self.at(self.end)
 
     def steps(self, after: int, until: int) -> Iterator[int]:
         """The ticks of the steps within after + 1 .. until, both of the part."""
@@ -254,6 +274,10 @@ class Change(Part):
         speed = self.speed + self.step * ramps
         return self.state(n, speed, steps, acc, a=self.direction * self.step, rest=n & ~axis.ramp_mask)
 
+    def final(self) -> State:
+        """The state after the last tick of the part."""
+        return self.at(self.end)
+
     def steps(self, after: int, until: int) -> Iterator[int]:
         """The ticks of the steps within after + 1 .. until, both of the part."""
         axis = self.axis
@@ -273,7 +297,7 @@ class Braking(Part):
 
     __slots__ = ("_checkpoints", "_end", "_found", "_lowest", "_ticks")
 
-    EVERY: Final = 64
+    EVERY: Final = 32
     """Small steps from one checkpoint to the next."""
 
     def __init__(self, axis: Axis, start: State, direction: int) -> None:
@@ -332,13 +356,19 @@ class Braking(Part):
         self._found = piece
         return piece.when(steps - self._before(piece))
 
+    def final(self) -> State:
+        """The state after the last tick of the part, but for A_ACTUAL."""
+        return self._state(self._checkpoints[-1]) if self.end else self.start
+
+    def _state(self, place: Place) -> State:
+        """The state at a place on the way, but for A_ACTUAL."""
+        n, speed, way = place
+        steps = _ahead(self._checkpoints[0]) - _ahead(place)
+        return self.state(n, speed, steps, -way & 2047)
+
     def _piece(self, place: Place) -> Coast | Change:
         """The simple part that begins at a place on the way."""
-        n, speed, way = place
-        if n == self.start.n:
-            return self.axis.simple_part(self.start)
-        steps = _ahead(self._checkpoints[0]) - _ahead(place)
-        return self.axis.simple_part(self.state(n, speed, steps, -way & 2047))
+        return self.axis.simple_part(self.start if place[0] == self.start.n else self._state(place))
 
     def _before(self, piece: Coast | Change) -> int:
         """The number of steps before a simple part of the way."""
@@ -493,7 +523,8 @@ class Axis:
     def next_mark(self, n: int, steps: Callable[[State, int], int]) -> int:
         """The first tick after n that somebody could want to be told of, or `LAST`.
 
-        `steps(state, direction)` says after how many steps in a direction a position is noticed.
+        `steps(state, direction)` says after how many steps in a direction a position is noticed; which positions
+        are must not depend on the state.
         """
         part = self._part(n + 1)
         while True:
@@ -501,10 +532,12 @@ class Axis:
             mark = part.mark if part.mark > n else LAST
             if mark == seen + 1:
                 return mark
-            state = self.at(n) if seen == n else part.start
-            wanted = part.direction * (state.x - part.start.x) % TURN + steps(state, part.direction)
-            if part.reaches(wanted):
-                mark = min(mark, part.when(wanted))
+            tick = part.reached(steps(part.start, part.direction))
+            if tick <= n:
+                state = self.at(n)
+                before = part.direction * (state.x - part.start.x) % TURN
+                tick = part.reached(before + steps(state, part.direction))
+            mark = min(mark, tick)
             if mark < LAST or part.end == LAST:
                 return mark
             part = self._part(part.end + 1)
@@ -544,7 +577,7 @@ class Axis:
                 return part
         part = parts[-1]
         while n > part.end:
-            part = self._next_part(part.at(part.end))
+            part = self._next_part(part.final())
             parts.append(part)
         return part
 

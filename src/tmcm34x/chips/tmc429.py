@@ -124,6 +124,7 @@ class Tmc429:
         self._seed = seed
         self._levels = 0
         self._watched: list[tuple[int, int] | None] = [None, None, None]
+        self._noticed = [partial(self._noticed_after, motor) for motor in MOTORS]
         self.reset()
 
     def reset(self) -> None:
@@ -142,6 +143,7 @@ class Tmc429:
         self._axes = [Axis() for _ in MOTORS]
         self._marks = [NEVER, NEVER, NEVER]
         self._due = -1
+        self._equal = -1
         self._flight = NEVER
         self._cover = self._armed = self._unsampled = False
         self._sent = 0
@@ -185,7 +187,7 @@ class Tmc429:
     def watch(self, motor: int, low: int, high: int) -> None:
         """Make the step that takes X_ACTUAL out of low..high an event, until watched anew.
 
-        While X_ACTUAL is outside already, it makes no events.  The range from -2^23 to 2^23 - 1 watches nothing.
+        The range from -2^23 to 2^23 - 1 watches nothing.
         """
         self._watched[motor] = (low, high) if high - low < TURN - 1 else None
         self._replan(motor)
@@ -196,13 +198,14 @@ class Tmc429:
 
     def _plan(self) -> int:
         """The clock of the next event."""
+        self._equal = -1
         if self._asleep != NEVER:
             return NEVER
         tick = self._tick()
         marks = self._marks
         for motor in MOTORS:
             if marks[motor] <= tick:
-                marks[motor] = self._axes[motor].next_mark(tick, partial(self._noticed_after, motor))
+                marks[motor] = self._axes[motor].next_mark(tick, self._noticed[motor])
         first = min(marks)
         if self._wants_datagram():
             first = min(first, self._requested(tick))
@@ -223,19 +226,21 @@ class Tmc429:
         if self._wants_datagram():
             return 1
         axis, x = self._axes[motor], state.x
+        arrival = (direction * (axis.x_target - x) - 1) % TURN + 1
+        if not self._watched[motor] and not self._listens(motor):
+            return arrival
         mask = self._motor[motor][_INTERRUPTS] >> 8
-        goals = [axis.x_target]
+        goals: list[int] = []
         if watched := self._watched[motor]:
             low, high = watched
-            if low <= x <= high:
-                goals.append(high + 1 if direction > 0 else low - 1)
+            goals.append(high + 1 if direction > 0 else low - 1)
         if mask & REF_MISS:
             goals.append(0)
         if mask & REF_WRONG:
             goals.append(direction * (axis.dx_ref_tolerance + 1))
         if self._compared_motor() == motor:
             goals.append(sign_extended(self._common[_INDEX["POS_COMP"]], 24))
-        return min((direction * (goal - x) - 1) % TURN + 1 for goal in goals)
+        return min([arrival, *((direction * (goal - x) - 1) % TURN + 1 for goal in goals)])
 
     def _happen(self) -> None:
         """What is due at `now` happens."""
@@ -294,17 +299,30 @@ class Tmc429:
         return self._status()
 
     def _status(self) -> int:
-        tick = self._tick()
-        status = 0
-        for motor, axis in enumerate(self._axes):
-            if axis.position(tick) == axis.x_target:
-                status |= registers.at_target(motor)
-            if self._motor[motor][_INTERRUPTS] & 255:
+        status = self._targets() | self._switches & 0b101010
+        for words in self._motor:
+            if words[_INTERRUPTS] & 255:
                 status |= registers.INT
-        status |= self._switches & 0b101010
         if self._common[_POS_COMP_INT] & 1:
             status |= registers.INT
         return status | registers.CDGW if self._cover or self._armed or self._sent else status
+
+    def _targets(self) -> int:
+        """The status bits of the axes whose X_ACTUAL equals X_TARGET.
+
+        To reach the target is an event, to leave it is none: the bits hold until the next one if no axis is there,
+        or if nothing at all is going on.
+        """
+        if self._due >= 0 and self._equal >= 0:
+            return self._equal
+        tick = self._tick()
+        bits = 0
+        for motor, axis in enumerate(self._axes):
+            if axis.position(tick) == axis.x_target:
+                bits |= registers.at_target(motor)
+        if self._due == NEVER or (self._due >= 0 and not bits):
+            self._equal = bits
+        return bits
 
     def _wake(self) -> None:
         """The falling edge of nSCS_C ends the power-down mode."""
