@@ -57,7 +57,7 @@ class CanPort:
             module.settle()
 
     def _take_address(self) -> None:
-        """A reply goes out as things were before its command (fidelity FW-88)."""
+        """A reply goes out as things were before its command (fidelity FW-84)."""
         settings = self.module.eeprom.global_values
         self._reply_address = settings[70], settings[71] & 0xFF
 
