@@ -126,7 +126,16 @@ def test_a_locked_eeprom_keeps_its_settings_against_137():
 
 @pytest.mark.parametrize(
     "line",
-    ["STAP 4, 0", "SGP 77, 0, 1", "SGP 64, 0, 0", "STGP 0, 2", "STGP 7, 0", "STGP 23, 0", "SCO 0, 255", "SCO 3, 255"],
+    [
+        "STAP 4, 0",
+        "SGP 77, 0, 1",
+        "SGP 64, 0, 0",
+        "STGP 0, 2",
+        "STGP 7, 0",
+        "STGP 23, 0",
+        "SCO 0, 255",
+        "SCO 3, 255",
+    ],
 )
 def test_a_locked_eeprom_refuses_to_store(line):
     module = switched_on()
@@ -218,6 +227,26 @@ def test_a_new_138_replaces_the_one_that_waits():
     host.replies()
     host.wait_ms(1000)
     assert [(reply.status, reply.value) for reply in host.replies()] == [(128, 3)]
+
+
+def test_a_host_may_send_from_within_the_reply_it_gets():
+    module = switched_on()
+    received = []
+
+    def answer(data):
+        received.append(data[2:4])
+        if data[2] == 128 and len(received) < 20:
+            port.receive(pack_request(1, Instruction(4, 1, 0, 500)))
+            port.receive(pack_request(1, Instruction(138, 0, 0, 1)))
+
+    port = module.open_serial_port(answer)
+    port.receive(pack_request(1, Instruction(138, 0, 0, 1)))
+    run_until(module, 10 * HZ)
+    assert received == [
+        bytes((100, 138)),
+        *[bytes((128, 138)), bytes((100, 4)), bytes((100, 138))] * 6,
+        bytes((128, 138)),
+    ]
 
 
 def test_138_without_a_mask_of_motors_is_refused():

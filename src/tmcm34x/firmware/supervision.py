@@ -158,16 +158,11 @@ class Supervision:
         """Send the second reply of every command 138 whose motors are at their targets."""
         if not self._requests:
             return
-        axes = self._module.axes
-        reached = sum(axis.at_target << axis.motor for axis in axes)
-        waiting: list[tuple[TargetListener, int, int]] = []
-        for row in self._requests:
-            listener, mask, size = row
-            if mask & ~reached:
-                waiting.append(row)
-            else:
-                listener.target_reached(mask, size)
-        self._requests = waiting
+        reached = sum(axis.at_target << axis.motor for axis in self._module.axes)
+        due = [row for row in self._requests if not row[1] & ~reached]
+        self._requests = [row for row in self._requests if row[1] & ~reached]
+        for listener, mask, size in due:
+            listener.target_reached(mask, size)
 
     def _look(self, now: int) -> None:
         self.look_due = NEVER
