@@ -281,8 +281,14 @@ class Soak:
 
     # What is stored
 
+    def hold_program(self):
+        """With a telegram pause a program could change a value between the host's reading and storing it."""
+        if self.book.settings[75]:
+            self.do("128")
+
     def store_axis(self):
         """STAP."""
+        self.hold_program()
         row, motor = self.random.choice(STORED), self.random.randrange(3)
         value = self.do(f"GAP {row.number}, {motor}")
         status = self.do(f"STAP {row.number}, {motor}").status
@@ -309,6 +315,7 @@ class Soak:
 
     def store_variable(self):
         """STGP of a user variable."""
+        self.hold_program()
         number = self.random.randrange(USER_VARIABLES)
         value = self.do(f"GGP {number}, 2").value
         status = self.do(f"STGP {number}, 2").status
@@ -318,6 +325,7 @@ class Soak:
 
     def store_coordinate(self):
         """SCO, which stores with parameter 84 at 1; with 0 the copy of one does."""
+        self.hold_program()
         number, motor = self.random.randint(1, COORDINATES - 1), self.random.randrange(3)
         value = self.random.randint(-(2**23), 2**23 - 1)
         kept = self.book.settings[84]
