@@ -340,3 +340,13 @@ def test_the_oracle_is_plain():
     assert (oracle.x, oracle.acc) == (0, 2047)
     oracle.tick()
     assert (oracle.x, oracle.acc) == (1, 0)
+
+
+def test_a_turn_that_a_switch_forbids_ends_with_an_event_at_speed_zero():
+    pair = Pair()
+    pair.change(mode=VELOCITY, v_max=1, a_max=1, v_target=1)
+    pair.run(31)
+    pair.inputs(True, False)
+    pair.run(1)
+    pair.change(v_target=-1)
+    assert pair.run(64) == [2 * TICK]

@@ -688,6 +688,8 @@ class Axis:
             part = Change(self, start, direction, step, self._rising(start, direction, aim))
         elif aim < 0:
             part = Change(self, start, direction, -step, speed // step)
+            if speed % step == 0:
+                part.mark = part.end - self.ramp_mask
         else:
             ramps = (speed - aim - 1) // step
             if self.mode <= SOFT and x == self.x_target:
@@ -751,6 +753,8 @@ class Axis:
         """`part`, cut at the end of the ramp interval in which it makes its step number `room`."""
         if part.reaches(room):
             part.end = part.when(room) | self.ramp_mask
+            if part.mark > part.end:
+                part.mark = 0
         return part
 
     def _room(self, x: int, direction: int) -> int:
