@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import bench_page
 import conformance
 
 from tmcm34x.toolchain import reference
@@ -59,6 +60,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "lint.md": with_tables("lint.md"),
     "fidelity.md": fidelity,
     "conformance.md": conformance.page,
+    "bench.md": bench_page.page,
 }
 
 

@@ -26,6 +26,8 @@ BAD = [
     (AXIS + "switch.reference.position = 1.0", "module[0].axis[0].switch.reference: object missing required field width"),
     (AXIS + "load.kind = 'turntable'\nswitch.left.position = 1.0", "module[0].axis[0].switch.left: object missing required field"),
     (AXIS + "load.kind = 'turntable'\nswitch.left = { position = 1, width = 400 }", "module[0].axis[0].switch.left.width: the cam"),
+    (AXIS + "switch.left.position = nan", "nan is not a number for a bench"),
+    (AXIS + "switch.left.position = 1e999", "1e999 is not a number for a bench"),
     (AXIS + "encoder.lines = 0", "module[0].axis[0].encoder.lines: expected int >= 1"),
     (AXIS + "microsteps = 10", "module[0].axis[0].microsteps: invalid enum value 10"),
     (AXIS * 1 + "[[module.axis]]\n" * 3, "module[0].axis: expected array of length <= 3"),

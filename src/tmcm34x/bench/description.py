@@ -7,6 +7,7 @@ forces are those of the axis (millimetres and newtons of a carriage, degrees and
 from __future__ import annotations
 
 import tomllib
+from math import isfinite
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -29,6 +30,7 @@ def _text(text: str) -> Meta:
 
 
 Positive = Annotated[float, Meta(gt=0)]
+Period = Annotated[float, Meta(ge=0.01)]
 Count = Annotated[int, Meta(ge=1)]
 NotNegative = Annotated[float, Meta(ge=0)]
 Level = Annotated[int, Meta(ge=0, le=1023)]
@@ -158,7 +160,7 @@ class Constant(Struct, frozen=True, tag_field="kind", tag="constant"):
 class Square(Struct, frozen=True, tag_field="kind", tag="square"):
     """A square wave."""
 
-    period_ms: Annotated[Positive, _text("period")]
+    period_ms: Annotated[Period, _text("period")]
     duty: Annotated[
         float, Meta(ge=0, le=1), _text("part of the period at the high level, from its beginning")
     ] = 0.5
@@ -170,7 +172,7 @@ class Square(Struct, frozen=True, tag_field="kind", tag="square"):
 class Ramp(Struct, frozen=True, tag_field="kind", tag="ramp"):
     """A level that goes evenly from start to end, again and again."""
 
-    period_ms: Annotated[Positive, _text("period")]
+    period_ms: Annotated[Period, _text("period")]
     start: Annotated[Level, _text("level at the beginning of a period")] = 0
     end: Annotated[Level, _text("level at its end")] = 1023
     delay_ms: Annotated[NotNegative, _text("time before the first period")] = 0.0
@@ -179,7 +181,7 @@ class Ramp(Struct, frozen=True, tag_field="kind", tag="ramp"):
 class Sine(Struct, frozen=True, tag_field="kind", tag="sine"):
     """A sine."""
 
-    period_ms: Annotated[Positive, _text("period")]
+    period_ms: Annotated[Period, _text("period")]
     middle: Annotated[Level, _text("mean level")] = 512
     amplitude: Annotated[Level, _text("greatest distance from it")] = 511
     delay_ms: Annotated[NotNegative, _text("time of the first rise through the middle")] = 0.0
@@ -191,7 +193,7 @@ class Table(Struct, frozen=True, tag_field="kind", tag="table"):
     points: Annotated[
         list[tuple[NotNegative, Level]], Meta(min_length=1), _text("pairs [from ms, level], by time")
     ]
-    repeat_ms: Annotated[Positive | None, _text("time after which the table begins again")] = None
+    repeat_ms: Annotated[Period | None, _text("time after which the table begins again")] = None
     interpolated: Annotated[bool, _text("whether the level goes straight from point to point")] = False
 
 
@@ -317,7 +319,7 @@ class Bench(Struct, frozen=True):
 def parse(text: str) -> Bench:
     """The description in the text of a bench file.  Raises `BenchError` with the path to what is wrong."""
     try:
-        return msgspec.convert(tomllib.loads(text), Bench)
+        return msgspec.convert(tomllib.loads(text, parse_float=_finite), Bench)
     except tomllib.TOMLDecodeError as error:
         raise BenchError(str(error)) from error
     except msgspec.ValidationError as error:
@@ -334,6 +336,13 @@ def read(path: str | Path) -> Bench:
         raise BenchError(f"{path}: not a text file in UTF-8") from error
     except BenchError as error:
         raise BenchError(f"{path}: {error}") from error
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not isfinite(value):
+        raise BenchError(f"{text} is not a number for a bench")
+    return value
 
 
 def _with_path_first(message: str) -> str:
