@@ -149,6 +149,8 @@ def _ascii() -> Iterator[Row]:
 
 
 def _wire() -> Iterator[Row]:
+    yield _exercised("CAN.7", "seven data bytes: no address, no checksum", "6.1")
+    yield _exercised("CAN.8", "an eight byte frame is answered by eight bytes", "6.7.36")
     for key, name, section in (
         ("WIRE.telegram", "nine bytes, value most significant byte first", "6.1"),
         ("WIRE.checksum", "8-bit sum; a wrong one answers status 1", "6.1"),
@@ -157,8 +159,6 @@ def _wire() -> Iterator[Row]:
         ("WIRE.any-address", "USB takes telegrams for any address", "6.1"),
         ("WIRE.bus", "several modules on one line, each with its address", "6"),
         ("WIRE.time-out", "an incomplete telegram is dropped", "6.1"),
-        ("CAN.7", "seven data bytes: no address, no checksum", "6.1"),
-        ("CAN.8", "an eight byte frame is answered by eight bytes", "6.7.36"),
         ("CAN.id", "identifiers of module and reply (parameters 71, 70)", "8.1"),
         ("CAN.secondary", "second identifier (parameter 83)", "8.1"),
         ("CAN.version", "version string in seven and eight byte frames", "6.7.36"),
@@ -178,21 +178,31 @@ def _stand_alone() -> Iterator[Row]:
 
 
 def _hints() -> Iterator[Row]:
-    for key, name, models in (
-        ("9.1.mode-1", "reference search, mode 1: left switch", ALL),
-        ("9.1.mode-2", "reference search, mode 2: right, then left switch", ALL),
-        ("9.1.mode-3", "reference search, mode 3: right, then reference switch", ALL),
-        ("9.1.circular", "reference search of a circular system", ALL),
-        ("9.1.three-at-once", "three searches at the same time", ALL),
-        ("9.1.switches-disabled", "parameters 12 and 13 do not matter during a search", ALL),
-        ("9.1.centre", "the reference point is the centre of the two switching points", ALL),
-        ("9.2.stall", "the motor stops when the load gets too high", WITH_DRIVERS),
-        ("9.2.ramp", "no stall detection while accelerating or decelerating", WITH_DRIVERS),
-        ("9.2.homing", "the example of finding a mechanical stop", WITH_DRIVERS),
-        ("9.3.mixed-decay", "mixed decay with threshold -1", WITH_DRIVERS),
-        ("9.4.pause", "telegram pause time for RS485", ALL),
+    for key, name, models, marks in (
+        ("9.1.mode-1", "reference search, mode 1: left switch", ALL, "RFS.START"),
+        ("9.1.mode-2", "reference search, mode 2: right, then left switch", ALL, "RFS.START AP.193"),
+        ("9.1.mode-3", "reference search, mode 3: right, then reference switch", ALL, "RFS.START AP.193"),
+        ("9.1.circular", "reference search of a circular system", ALL, "RFS.START"),
+        ("9.1.three-at-once", "three searches at the same time", ALL, "RFS.START"),
+        (
+            "9.1.switches-disabled",
+            "parameters 12 and 13 do not matter meanwhile",
+            ALL,
+            "RFS.START AP.12 AP.13",
+        ),
+        ("9.1.centre", "the reference point is the centre of the two switching points", ALL, "RFS.START"),
+        ("9.2.stall", "the motor stops when the load gets too high", WITH_DRIVERS, "AP.205"),
+        ("9.2.ramp", "no stall detection while accelerating or decelerating", WITH_DRIVERS, "AP.205"),
+        (
+            "9.2.homing",
+            "the example of finding a mechanical stop",
+            WITH_DRIVERS,
+            "AP.205 ROL COMP JC.NE AP.1",
+        ),
+        ("9.3.mixed-decay", "mixed decay with threshold -1", WITH_DRIVERS, "AP.203"),
+        ("9.4.pause", "telegram pause time for RS485", ALL, "GP.75"),
     ):
-        yield Row(f"HINT.{key}", name, key[:3], models)
+        yield Row(f"HINT.{key}", name, key[:3], models, tuple(marks.split()))
 
 
 GROUPS = {

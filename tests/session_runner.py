@@ -505,6 +505,7 @@ class Player:
             raise SessionError("got no frame")
         frame = Frame(*self.wire.received.pop(0))
         self.replies.append(frame)
+        self.marks.add(f"CAN.{len(frame.data)}")
         return frame
 
     def _take(self, size: int) -> bytes:
