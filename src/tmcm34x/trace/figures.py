@@ -1,0 +1,55 @@
+"""What the motors have done, in figures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from tmcm34x.clock import NEVER
+from tmcm34x.trace.recorder import spots
+
+if TYPE_CHECKING:
+    from tmcm34x.bench import Rig
+
+
+class MotorFigures(NamedTuple):
+    """What a motor has done."""
+
+    module: int
+    motor: int
+    distance: int
+    """Microsteps made in both directions together."""
+    peak_speed: int
+    """The greatest speed, without sign [velocity units]."""
+    position: int
+    """Now [microsteps]."""
+
+
+class FiguresRecorder:
+    """Sums up what the motors do; extremes of the speed are at events."""
+
+    def __init__(self, rig: Rig) -> None:
+        self.due = NEVER
+        self._spots = spots(rig)
+        self._places = [spot.microsteps for spot in self._spots]
+        self._distances = [0.0] * len(self._spots)
+        self._peaks = [abs(spot.speed) for spot in self._spots]
+
+    def before(self, now: int) -> None:
+        """Nothing to see."""
+
+    def after(self, now: int) -> None:
+        """Add the ways since the last event."""
+        del now
+        for n, spot in enumerate(self._spots):
+            place = spot.microsteps
+            if place != self._places[n]:
+                self._distances[n] += abs(place - self._places[n])
+                self._places[n] = place
+            self._peaks[n] = max(self._peaks[n], abs(spot.speed))
+
+    def figures(self) -> tuple[MotorFigures, ...]:
+        """So far, of all motors."""
+        return tuple(
+            MotorFigures(spot.number, spot.motor, round(distance), peak, spot.position)
+            for spot, distance, peak in zip(self._spots, self._distances, self._peaks, strict=True)
+        )
