@@ -292,6 +292,22 @@ def test_a_null_mark_clears_the_counter_although_the_shaft_turns_round_on_the_wa
     assert say(rig, "GAP 209, 0") == 7200
 
 
+def test_a_null_mark_passed_while_the_motor_turns_round_clears_the_counter():
+    rig = encoder_rig()
+    say(rig, "MVP ABS, 0, 100")
+    run_ms(rig, 500)
+    say(rig, f"SAP 210, 0, {67104 | 16 | 4}")
+    say(rig, "SAP 5, 0, 200")
+    say(rig, "ROR 0, 500")
+    run_ms(rig, 870)
+    assert 11_600 < say(rig, "GAP 1, 0") < 12_800
+    say(rig, "ROL 0, 500")
+    run_ms(rig, 1_500)
+    after = say(rig, "GAP 1, 0")
+    assert after < 12800
+    assert say(rig, "GAP 209, 0") == pytest.approx(after - 12800, abs=4)
+
+
 # Events and hands
 
 

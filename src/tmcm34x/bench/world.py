@@ -15,7 +15,7 @@ from math import ceil
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from tmcm34x.chips.tmc246 import FAULTS, Condition, Tmc246
-from tmcm34x.chips.tmc423 import Tmc423
+from tmcm34x.chips.tmc423 import Counter, Tmc423
 from tmcm34x.clock import HZ, NEVER
 from tmcm34x.world.axis import Axis, Field
 from tmcm34x.world.motor import FINENESS
@@ -25,7 +25,7 @@ from tmcm34x.world.switch import FAR, Line
 
 if TYPE_CHECKING:
     from tmcm34x.board.board import Board, Side
-    from tmcm34x.chips.tmc429 import Tmc429
+    from tmcm34x.chips.tmc429 import Motion, Tmc429
     from tmcm34x.firmware.module import Module
 
 X_MIN: Final = -(1 << 23)
@@ -97,8 +97,11 @@ class Mount:
         self.chip: Tmc429 = board.chips[index]
         self.smda = smda
         self.driver: Tmc246 | None = None
+        self.counter: Counter | None = None
+        """The encoder interface that counts this shaft."""
         self.due = NEVER
         """The clock at which the grip or a bouncing contact must be looked at."""
+        self._grip_due = NEVER
         self.dirty = True
         """Whether the chip has had an event or another plan, or somebody did something, since the last look."""
         self._watched = EVERYWHERE
@@ -164,12 +167,14 @@ class Mount:
 
     def settle(self, now: int) -> None:
         """Bring axis and switches to `now`, and see what comes next."""
-        self._follow(now)
-        self._set_switch("left", self.axis.left.active(now))
-        self._set_switch("right", self.axis.right.active(now))
+        axis = self.axis
+        if self.dirty or self._grip_due <= now:
+            self._follow(now)
+        self._set_switch("left", axis.left.active(now))
+        self._set_switch("right", axis.right.active(now))
         if self.dirty:
             self._follow(now)
-        self.dirty = False
+        self.due = min(self._grip_due, axis.next_event(now))
 
     def _set_switch(self, side: Side, active: bool) -> None:
         if active != self.board.switch(self.motor, side):
@@ -190,14 +195,24 @@ class Mount:
             ),
         )
         self.dirty = False
-        self.due = axis.next_event(now)
+        self._grip_due = NEVER
         if motion.acceleration_hz_s:
             delay_s = axis.delay_s()
             if delay_s < _FAR_S:
-                self.due = min(
-                    self.due, now + max(ceil(delay_s * HZ), _CLOCKS_PER_RAMP_TICK << motion.ramp_div)
-                )
+                self._grip_due = now + max(ceil(delay_s * HZ), _CLOCKS_PER_RAMP_TICK << motion.ramp_div)
+        if self.counter is not None and self.counter.waits_for_null:
+            self._sample(now, motion)
         self._watch(motion.position, size)
+
+    def _sample(self, now: int, motion: Motion) -> None:
+        """Have the encoder counted, and be there again when the shaft turns round."""
+        if self.counter is not None:
+            self.counter.sample()
+            if motion.rate_hz * motion.acceleration_hz_s < 0:
+                clocks = ceil(-motion.rate_hz / motion.acceleration_hz_s * HZ)
+                self._grip_due = min(
+                    self._grip_due, now + max(clocks, _CLOCKS_PER_RAMP_TICK << motion.ramp_div)
+                )
 
     def _watch(self, x: int, size: int) -> None:
         """Have the chip stop where the axis's room ends."""
@@ -228,7 +243,7 @@ class Mount:
             self.motor,
             axis.position(rotor),
             axis.motor.angle_rad(rotor),
-            axis.lost_fullsteps,
+            axis.lost_fullsteps_at(self.angle()),
             axis.load_ratio(speed),
             self.current_ma(),
             speed,
@@ -276,6 +291,8 @@ class World:
             for mount in self.mounts
         ]
         self.encoder_chip = Tmc423(shafts)
+        for mount, counter in zip(self.mounts, self.encoder_chip.counters, strict=True):
+            mount.counter = counter
         self.module.board.attach_spi(select, self.encoder_chip)
 
     @staticmethod
@@ -316,8 +333,6 @@ class World:
         for mount in self.mounts:
             if mount.dirty or mount.due <= now:
                 mount.settle(now)
-                if self.encoder_chip is not None:
-                    self.encoder_chip.counters[mount.motor].sample()
             due = min(due, mount.due)
         if SHUTDOWN in self._sources or SHUTDOWN in self._overrides:
             source = self._source(SHUTDOWN)

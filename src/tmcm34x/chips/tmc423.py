@@ -116,6 +116,11 @@ class Counter:
             self._held = self.position
 
     @property
+    def waits_for_null(self) -> bool:
+        """Whether a null mark passed on the way makes a difference."""
+        return self._clear
+
+    @property
     def _always_active(self) -> bool:
         level = self.shaft.null_level if self.shaft else None
         return level is not None and level != bool(self.configuration & NULL_ACTIVE_HIGH)

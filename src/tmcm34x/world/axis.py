@@ -15,7 +15,6 @@ from enum import Enum
 from math import inf, pi
 from typing import Final, NamedTuple
 
-from tmcm34x.clock import NEVER
 from tmcm34x.world.load import Load, ZoneMap
 from tmcm34x.world.motor import CYCLE, FINENESS, Motor
 from tmcm34x.world.switch import FAR, Line, narrowest
@@ -219,8 +218,7 @@ class Axis:
 
     def next_event(self, now: int) -> int:
         """The next clock after `now` at which a contact bounces."""
-        left, right = self.left.next_event(now), self.right.next_event(now)
-        return min(left, right) if left < NEVER or right < NEVER else NEVER
+        return min(self.left.next_event(now), self.right.next_event(now))
 
     # What one sees
 
@@ -237,11 +235,12 @@ class Axis:
     @property
     def lost_fullsteps(self) -> float:
         """Full steps by which the rotor is off what the chip has counted since power-on."""
-        return (
-            (self._slip - self._origin) / FINENESS
-            if self.grip is Grip.FOLLOWING
-            else (self.rotor - self.field.angle - self._origin) / FINENESS
-        )
+        return self.lost_fullsteps_at(self.field.angle)
+
+    def lost_fullsteps_at(self, angle: int) -> float:
+        """The same under a field angle within `room`."""
+        slip = self._slip if self.grip is Grip.FOLLOWING else self.rotor - angle
+        return (slip - self._origin) / FINENESS
 
     def push_to(self, position: float) -> None:
         """Move the load by hand; a motor under current only yields by whole electrical cycles."""

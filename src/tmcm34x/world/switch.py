@@ -145,7 +145,10 @@ class Line:
 
     def next_event(self, now: int) -> int:
         """The next clock after `now` at which a bouncing contact changes."""
-        return next((when for when in self._bounces if when > now), NEVER)
+        for when in self._bounces:
+            if when > now:
+                return when
+        return NEVER
 
     def room(self, rotor: int) -> tuple[int, int]:
         """The lowest and highest rotor position at which all switches stay as they are."""
