@@ -77,14 +77,27 @@ _SWITCHES: Final = FIELDS["L1"][0].read()
 class Axis:
     """One motor: its registers in the motion chip, and its parameters in RAM by number."""
 
-    __slots__ = ("_at_target", "_left", "_right", "base", "motor", "open", "scaled", "transfer", "values")
+    __slots__ = (
+        "_left",
+        "_right",
+        "at_target_bit",
+        "base",
+        "chip",
+        "motor",
+        "open",
+        "scaled",
+        "transfer",
+        "values",
+    )
 
     def __init__(self, board: Board, motor: int) -> None:
         chip, smda = board.wiring(motor)
         self.motor = motor
+        self.chip = chip
         self.transfer: Callable[[int], int] = board.bus(chip)
         self.base = smda << 29
-        self._at_target = at_target(smda) << 24
+        self.at_target_bit = at_target(smda) << 24
+        """The status bit, in every reply of the chip, that is set while actual and target position are equal."""
         self._left = left_switch(smda)
         self._right = self._left >> 1
         self.values: dict[int, int] = {}
@@ -109,8 +122,8 @@ class Axis:
 
     @property
     def at_target(self) -> bool:
-        """Whether actual and target position are equal: the status bit that comes with every datagram."""
-        return bool(self.transfer(self.base | READ) & self._at_target)
+        """Whether actual and target position are equal."""
+        return bool(self.transfer(self.base | READ) & self.at_target_bit)
 
     @property
     def left_switch(self) -> bool:
@@ -157,6 +170,16 @@ class Motion:
     def __init__(self, axes: tuple[Axis, ...], started: Callable[[int], None]) -> None:
         self.axes = axes
         self.started = started
+
+    def reached(self) -> int:
+        """A mask of the motors at their targets, with one datagram for each chip."""
+        mask, chip, reply = 0, -1, 0
+        for axis in self.axes:
+            if axis.chip != chip:
+                chip, reply = axis.chip, axis.transfer(READ)
+            if reply & axis.at_target_bit:
+                mask |= 1 << axis.motor
+        return mask
 
     def enter_velocity_mode(self, motor: int) -> None:
         """Velocity mode with open V_MAX; the target speed stays what it is."""

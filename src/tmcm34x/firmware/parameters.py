@@ -156,14 +156,16 @@ def _apply_field(number: int) -> Effect:
     return apply
 
 
-def _apply_max_speed(_module: Module, axis: Axis, speed: int) -> None:
+def _apply_max_speed(module: Module, axis: Axis, speed: int) -> None:
     """At once in position mode; in velocity mode with the next positioning command."""
     if not axis.open:
         axis.write(V_MAX, speed)
+        module.supervision.freed(axis.motor)
 
 
-def _apply_acceleration(_module: Module, axis: Axis, acceleration: int) -> None:
+def _apply_acceleration(module: Module, axis: Axis, acceleration: int) -> None:
     axis.set_acceleration(acceleration)
+    module.supervision.freed(axis.motor)
 
 
 def _apply_ramp_divisor(_module: Module, axis: Axis, value: int) -> None:
@@ -183,6 +185,7 @@ def _apply_stop_switch(number: int) -> Effect:
     def apply(module: Module, axis: Axis, value: int) -> None:
         if not module.searches[axis.motor].state:
             axis.write(field, value)
+            module.supervision.freed(axis.motor)
 
     return apply
 

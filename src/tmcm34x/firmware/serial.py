@@ -20,7 +20,6 @@ from tmcm34x.tmcl.global_parameters import BAUD_RATES
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.dispatch import Handler
     from tmcm34x.firmware.module import Module
 
 TIME_OUT: Final = 5 * MS
@@ -106,7 +105,8 @@ class SerialPort:
 
     def _telegram(self, telegram: bytes) -> None:
         module, program = self.module, self.module.program
-        address, number, type_, motor, value, checksum = _TELEGRAM.unpack(telegram)
+        fields: tuple[int, int, int, int, int, int] = _TELEGRAM.unpack(telegram)
+        address, number, type_, motor, value, checksum = fields
         if address != module.address and not self.any_address:
             return
         self._reply_address = module.host_address, module.address
@@ -116,8 +116,7 @@ class SerialPort:
         if module.heartbeat:
             module.supervision.heard()
         if number < _FIRST_CONTROL and not program.state and not program.downloading:
-            handler: Handler = module.handlers[number]
-            status, value = handler(type_, motor, value)
+            status, value = module.handlers[number](type_, motor, value)
             self._answer(status, number, value)
         else:
             module.command(self, Instruction(number, type_, motor, value), SIZE)

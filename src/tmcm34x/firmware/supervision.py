@@ -19,7 +19,10 @@ from tmcm34x.firmware.motion import A_ACTUAL, V_ACTUAL, V_TARGET, X_ACTUAL
 from tmcm34x.tmcl.commands import MOTORS
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.motion import Axis
 
 GRID: Final = 5 * MS
 """Period of the firmware's system control."""
@@ -97,9 +100,16 @@ class Supervision:
 
     def pins_changed(self) -> None:
         """The world changed a pin: a switch that opened may set a motor in motion again."""
-        self.look_due = min(self.look_due, max([self._under_way(motor) for motor in range(MOTORS)]))
-        self._reschedule()
+        for motor in range(MOTORS):
+            self.freed(motor)
         self.shutdown_changed()
+
+    def freed(self, motor: int) -> None:
+        """What held a motor may have gone: if it starts, that is seen when it is under way."""
+        axis = self._module.axes[motor]
+        if not self.moving[motor] and (axis.open or not axis.at_target):
+            self.look_due = min(self.look_due, self._under_way(motor))
+            self._reschedule()
 
     def shutdown_changed(self) -> None:
         """The SHUTDOWN pin or its meaning (global parameter 80) may have changed: looked at in the next period."""
@@ -139,8 +149,10 @@ class Supervision:
 
     def advance(self, now: int, chips_have_event: bool) -> None:
         """Do what is due at `now`."""
-        if chips_have_event or now >= self.look_due:
-            self._look(now)
+        if now >= self.look_due:
+            self._look(now, self._module.axes)
+        elif chips_have_event:
+            self._look(now, [axis for axis in self._module.axes if self.moving[axis.motor]])
         if now >= self.poll_due:
             self._poll()
         for motor in range(MOTORS):
@@ -158,16 +170,18 @@ class Supervision:
         """Send the second reply of every command 138 whose motors are at their targets."""
         if not self._requests:
             return
-        reached = sum(axis.at_target << axis.motor for axis in self._module.axes)
+        reached = self._module.motion.reached()
         due = [row for row in self._requests if not row[1] & ~reached]
         self._requests = [row for row in self._requests if row[1] & ~reached]
         for listener, mask, size in due:
             listener.target_reached(mask, size)
 
-    def _look(self, now: int) -> None:
-        self.look_due = NEVER
-        self._look_at_shutdown()
-        for axis in self._module.axes:
+    def _look(self, now: int, axes: Iterable[Axis]) -> None:
+        """Look whether motors move; one at rest does not start without a command or a pin."""
+        if now >= self.look_due:
+            self.look_due = NEVER
+            self._look_at_shutdown()
+        for axis in axes:
             motor = axis.motor
             if axis.read(V_ACTUAL) or axis.read(V_TARGET):
                 if not self.moving[motor]:
