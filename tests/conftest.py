@@ -45,9 +45,7 @@ class Served:
         return output
 
 
-@pytest.fixture
-def serve():
-    """Call it with options of `tmcm34x serve`: starts the command and waits until its links are ready."""
+def _serving():
     running = []
 
     def start(*options):
@@ -60,6 +58,18 @@ def serve():
             served.stop()
         served.process.stdout.close()
         served.process.stderr.close()
+
+
+@pytest.fixture
+def serve():
+    """Call it with options of `tmcm34x serve`: starts the command and waits until its links are ready."""
+    yield from _serving()
+
+
+@pytest.fixture(scope="module")
+def serve_once():
+    """`serve` for all tests of a module: starting takes longer than most of them."""
+    yield from _serving()
 
 
 @pytest.fixture

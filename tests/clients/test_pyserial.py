@@ -8,10 +8,16 @@ from tmcm34x.tmcl.datagram import Instruction, Reply, pack_reply, pack_request, 
 GAP_1 = pack_request(1, Instruction(6, 1, 0))
 
 
+@pytest.fixture(scope="module")
+def path(serve_once):
+    """The pseudo terminal of one module."""
+    return serve_once("--pty").pty
+
+
 @pytest.fixture
-def port(serve):
-    """A pyserial port on the pseudo terminal of a fresh module."""
-    with serial.Serial(serve("--pty").pty, 9600, timeout=2) as port:
+def port(path):
+    """A pyserial port on it."""
+    with serial.Serial(path, 9600, timeout=2) as port:
         yield port
 
 
@@ -46,12 +52,12 @@ def test_half_a_telegram_is_forgotten(port):
     port.timeout = 0.1
     assert port.read(1) == b""
     port.timeout = 2
-    assert ask(port, Instruction(6, 1, 0)) == Reply(2, 1, 100, 6, 0)
+    assert ask(port, Instruction(6, 4, 0)) == Reply(2, 1, 100, 6, 1000)
 
 
 def test_glued_telegrams_are_answered_one_by_one(port):
-    port.write(GAP_1 * 50)
-    assert port.read(9 * 50) == pack_reply(Reply(2, 1, 100, 6, 0)) * 50
+    port.write(pack_request(1, Instruction(6, 4, 0)) * 50)
+    assert port.read(9 * 50) == pack_reply(Reply(2, 1, 100, 6, 1000)) * 50
 
 
 def test_a_telegram_may_come_byte_by_byte(port):
@@ -69,17 +75,14 @@ def test_event_138_answers_twice(serve):
         assert ask(port, Instruction(6, 1, 0)).value == 8000
 
 
-def test_clients_may_come_and_go(serve):
-    path = serve("--pty").pty
-    for position in (11, 22, 33):
+def test_clients_may_come_and_go(path):
+    for number in range(3):
         with serial.Serial(path, timeout=2, exclusive=True) as port:
-            previous = ask(port, Instruction(6, 1, 0)).value
-            assert previous == position - 11
-            ask(port, Instruction(5, 1, 0, position))
+            assert ask(port, Instruction(10, 9, 2)).value == number
+            ask(port, Instruction(9, 9, 2, number + 1))
 
 
-def test_a_client_that_leaves_within_a_telegram_does_no_harm(serve, wait_for):
-    path = serve("--pty").pty
+def test_a_client_that_leaves_within_a_telegram_does_no_harm(path, wait_for):
     with serial.Serial(path) as port:
         port.write(GAP_1[:5])
     with serial.Serial(path, timeout=0.2) as port:

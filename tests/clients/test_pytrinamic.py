@@ -5,6 +5,8 @@ from pytrinamic.connections import ConnectionManager
 from pytrinamic.modules import TMCM3110
 from pytrinamic.tmcl import TMCLReplyStatusError
 
+from tmcm34x.host import Connection, Module, open_stream
+
 SPEED = 20
 """Virtual seconds per second: moves need not take long."""
 
@@ -12,17 +14,22 @@ ACTUAL, SPEED_NOW, MAX_SPEED, MAX_ACCELERATION, REACHED = 1, 3, 4, 5, 8
 USER_BANK = 2
 
 
+@pytest.fixture(scope="module")
+def served(serve_once):
+    """One module on both links."""
+    return serve_once("--pty", "--tcp", 0, "--speed", SPEED)
+
+
 @pytest.fixture(params=["serial_tmcl", "socket_serial_tmcl"])
-def interface(request, serve):
-    """A PyTrinamic connection to a fresh module."""
-    if request.param == "serial_tmcl":
-        port = serve("--pty", "--speed", SPEED).pty
-    else:
-        port = serve("--tcp", 0, "--speed", SPEED).tcp
+def interface(request, served):
+    """A PyTrinamic connection to a module as it left the factory."""
+    with Connection(open_stream(served.tcp), timeout_s=0.05, retries=50) as connection:
+        module = Module(connection)
+        module.restore_factory_settings()  # not answered; and what comes while it restarts is lost
+        assert module.tick_timer >= 0
+    port = served.pty if request.param == "serial_tmcl" else served.tcp
     with ConnectionManager(f"--interface {request.param} --port {port} --timeout 3").connect() as connection:
         yield connection
-    if (sock := getattr(connection, "_socket", None)) is not None:
-        sock.close()
 
 
 def test_version_string(interface):
