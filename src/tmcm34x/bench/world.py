@@ -20,7 +20,7 @@ from tmcm34x.clock import HZ, NEVER
 from tmcm34x.world.axis import Axis, Field
 from tmcm34x.world.motor import FINENESS
 from tmcm34x.world.shaft import Encoder
-from tmcm34x.world.signal import THRESHOLD, Constant, Source
+from tmcm34x.world.signal import THRESHOLD, Constant, Source, Wire
 from tmcm34x.world.switch import FAR, Line
 
 if TYPE_CHECKING:
@@ -281,8 +281,18 @@ class World:
 
     def _attach(self, number: int) -> None:
         if number != SHUTDOWN:
-            self.module.board.attach_analog(number, partial(self.level, number))
+            board, source = self.module.board, self._source(number)
+            if isinstance(source, Constant):
+                board.attach_analog(number, None)
+                board.set_analog(number, source.value)
+            elif isinstance(source, Wire):
+                board.attach_analog(number, partial(self.level, number))
+            else:
+                board.attach_analog(number, partial(self.level, number), partial(self._next_edge, number))
         self.dirty = True
+
+    def _next_edge(self, number: int) -> int:
+        return self._source(number).next_edge(self.module.now)
 
     def attach_encoders(self, select: int, encoders: Mapping[int, Disc]) -> None:
         """Put a TMCM-323 on select line 0..2 that reads encoders on the shafts of motors."""

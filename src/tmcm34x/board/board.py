@@ -16,6 +16,7 @@ from typing import Final, Literal, Protocol
 
 from tmcm34x.board.models import Model
 from tmcm34x.chips.tmc429 import Tmc429
+from tmcm34x.clock import NEVER
 
 INPUTS: Final = 8
 OUTPUTS: Final = 8
@@ -69,6 +70,7 @@ class Board:
         """Told whenever the world changed a switch, an input or SHUTDOWN."""
         self._analog = [0] * INPUTS
         self._sources: list[Callable[[], int] | None] = [None] * INPUTS
+        self._next_edges: list[Callable[[], int] | None] = [None] * INPUTS
         self._switches = 0
         self._shutdown = 0
         self._spi: list[SpiDevice | None] = [None] * SELECTS
@@ -185,13 +187,27 @@ class Board:
             self._analog[n] = level
             self._tell_pins()
 
-    def attach_analog(self, n: int, source: Callable[[], int] | None) -> None:
-        """Have IN_n driven by something that is asked for its level 0..1023 when it is read, or take it away."""
+    def attach_analog(
+        self, n: int, source: Callable[[], int] | None, next_edge: Callable[[], int] | None = None
+    ) -> None:
+        """Have IN_n driven by something that is asked for its level 0..1023 when it is read, or take it away.
+
+        next_edge: gives the next clock at which the digital level may change; without it that is not known
+        """
         self._sources[n] = source
+        self._next_edges[n] = next_edge
+        self._tell_pins()
 
     def steady(self, n: int) -> bool:
         """Whether IN_n keeps its level until the world tells of a change."""
         return self._sources[n] is None
+
+    def next_edge(self, n: int) -> int:
+        """The next clock at which IN_n may change as a digital input without the world telling; 0: not known."""
+        if self._sources[n] is None:
+            return NEVER
+        next_edge = self._next_edges[n]
+        return next_edge() if next_edge else 0
 
     def set_shutdown(self, level: int) -> None:
         """Drive the SHUTDOWN pin low (0) or high (1)."""

@@ -23,8 +23,8 @@ from tmcm34x.cli.source_files import (
     print_diagnostics,
     read_image,
 )
-from tmcm34x.clock import HZ, MS, NEVER, clocks, seconds
-from tmcm34x.firmware.motion import A_ACTUAL, V_ACTUAL, V_TARGET
+from tmcm34x.clock import HZ, MS, NEVER, clocks, run_until, seconds
+from tmcm34x.firmware.motion import V_ACTUAL, V_TARGET, X_TARGET
 from tmcm34x.firmware.program import ProgramError
 from tmcm34x.server.pace import Pace
 from tmcm34x.tmcl.datagram import Instruction
@@ -59,7 +59,12 @@ PROGRAM_ERROR: Final = 3
 
 _MOTION: Final = frozenset({1, 2, 3, 4, 13})
 """Commands that are marked in a picture: ROR, ROL, MST, MVP, RFS."""
+POSITIONS: Final = 1 << 24
+"""Of the motion chip's counter."""
+_NEAR: Final = 2
+"""Microsteps by which the pass of a target position is known."""
 _MARKS: Final = 100
+_IDLE_COMMANDS: Final = 300
 _LOOKED_AT: Final = 20_000
 """Commands after which a picture no longer looks for motion commands."""
 _SLICE_S: Final = 0.05
@@ -295,11 +300,12 @@ class Run:
         while True:
             self.error = self.error or program.last_error
             ending = _ending(self.rig)
+            when = min(trace.next_event(), until)
+            if ending == IDLE or when >= NEVER:
+                self._let_idle(trace, until)
+                return IDLE
             if ending:
                 return ending
-            when = min(trace.next_event(), until)
-            if when >= NEVER:
-                return IDLE
             if pace.speed:
                 self._keep_pace(trace, when, pace)
             trace.advance(when)
@@ -307,6 +313,10 @@ class Run:
                 self.error = self.error or program.last_error
                 return UNTIL
             progress.show(when)
+
+    def _let_idle(self, trace: Trace, until: int) -> None:
+        """Give a program that polls the time to come to its loop."""
+        run_until(trace, min(until, trace.now + _IDLE_COMMANDS * self.module.instruction_clocks))
 
     @staticmethod
     def _keep_pace(trace: Trace, when: int, pace: Pace) -> None:
@@ -402,8 +412,24 @@ def _ending(rig: Rig) -> str:
         return STOPPED
     if turning and any(program.waiting for program in programs):
         return ""
-    own = min(module.board.next_event() for module in rig.modules)
-    return IDLE if rig.next_event() >= own else ""
+    return IDLE if rig.next_event() >= min(map(_next_pass, rig.modules)) else ""
+
+
+def _next_pass(module: Module) -> int:
+    """The next clock at which a motor that turns evenly passes its target position, which concerns nobody."""
+    passes = NEVER
+    for axis in module.axes:
+        chip, smda = module.board.wiring(axis.motor)
+        motion = module.board.chips[chip].motion(smda)
+        if motion.rate_hz:
+            way = (
+                axis.read(X_TARGET) - motion.position
+                if motion.rate_hz > 0
+                else motion.position - axis.read(X_TARGET)
+            )
+            steps = (way - 1) % POSITIONS + 1 - _NEAR
+            passes = min(passes, module.now + int(steps / abs(motion.rate_hz) * HZ))
+    return passes
 
 
 def _settled(module: Module) -> bool:
@@ -412,8 +438,7 @@ def _settled(module: Module) -> bool:
         return False
     held = module.board.next_event() >= NEVER
     return all(
-        (axis.read(V_ACTUAL) == axis.read(V_TARGET) and not axis.read(A_ACTUAL))
-        or (held and not axis.read(V_ACTUAL))
+        axis.read(V_ACTUAL) == axis.read(V_TARGET) or (held and not axis.read(V_ACTUAL))
         for axis in module.axes
     )
 

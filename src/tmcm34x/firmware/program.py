@@ -21,8 +21,9 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from tmcm34x.board.board import INPUTS
+from tmcm34x.board.board import INPUTS, Board
 from tmcm34x.clock import MS, NEVER
+from tmcm34x.firmware.io import ANALOG_INPUTS, DIGITAL_INPUTS
 from tmcm34x.firmware.machine import ERROR_FLAGS, Machine, Registers
 from tmcm34x.firmware.motion import A_ACTUAL, V_ACTUAL, V_TARGET
 from tmcm34x.tmcl import axis_parameters
@@ -57,7 +58,7 @@ _RFS: Final = BY_MNEMONIC["RFS"].number
 _RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
 _PROGRAM_ONLY: Final = frozenset(row.number for row in BY_MNEMONIC.values() if "direct" not in row.where)
 _READING: Final = frozenset(row.number for row in BY_MNEMONIC.values() if "reads" in row.where)
-_POLLS: Final = frozenset(BY_MNEMONIC[name].number for name in ("GCO", "SIO"))
+_POLLS: Final = frozenset(BY_MNEMONIC[name].number for name in ("GIO", "GCO", "SIO"))
 """Commands that change nothing when repeated before anything else happens."""
 _SETTINGS: Final = frozenset(
     row.number for row in axis_parameters.AXIS_PARAMETERS if row.stored or row.key in {
@@ -66,6 +67,7 @@ _SETTINGS: Final = frozenset(
     }
 )  # fmt: skip
 """Axis parameters that change only when somebody does something, or at an event of the motion chip."""
+_ACTUAL_ACCELERATION: Final = axis_parameters.BY_KEY["actual_acceleration"].number
 _ACTUAL_POSITION: Final = axis_parameters.BY_KEY["actual_position"].number
 _MOVING: Final = frozenset(
     axis_parameters.BY_KEY[key].number
@@ -118,6 +120,8 @@ class _Cycle(NamedTuple):
     """Executed in one period."""
     values: tuple[int | None, ...]
     """What the foreign commands of one period read, in order."""
+    until: int = NEVER
+    """The clock at which something read may be another by itself."""
 
 
 class _Anchor:
@@ -128,7 +132,9 @@ class _Anchor:
         self.start = start
         self.executed = executed
         self.horizon = horizon
-        """The board's next event then: nothing on it changes before."""
+        """The next event on the board then: nothing read changes before."""
+        self.until = NEVER
+        """The clock at which something read since may be another by itself."""
         self.values: list[int | None] = []
         self.patience = 1
         """Reading commands after which another anchor is tried; doubles each time."""
@@ -339,7 +345,7 @@ class Program:
             self.wake()
             self._pins_changed = False
         if self._cycle is not None:
-            return NEVER
+            return self._cycle.until
         return self._ahead_until or self._look_ahead()
 
     def advance(self, now: int) -> None:
@@ -551,41 +557,43 @@ class Program:
             return type_ not in _RESTLESS_GLOBALS
         if number == _RFS:
             return type_ == _RFS_STATUS
-        if number == _GIO:
-            lines = (type_,) if type_ < INPUTS else range(INPUTS)
-            return all(map(self._module.board.steady, lines))
+        if number == _GIO and motor == ANALOG_INPUTS:
+            return type_ < INPUTS and self._module.board.steady(type_)
         return number in _POLLS
 
     def _steady(self, parameter: int, motor: int) -> bool:
         """Whether an axis parameter that belongs to the motion keeps its value until the chip's next event."""
         axis = self._module.axes[motor]
         speed = axis.read(V_ACTUAL)
-        if speed != axis.read(V_TARGET) or axis.read(A_ACTUAL):
+        if speed != axis.read(V_TARGET):
             return False
+        if parameter == _ACTUAL_ACCELERATION:
+            return not axis.read(A_ACTUAL)
         return not speed or parameter != _ACTUAL_POSITION
 
     def _poll(self, instruction: Instruction, address: int, now: int) -> None:
         """Execute a command that may be part of a polling loop; find out whether the loop is closed."""
         board = self._module.board
+        until = _next_edge(board, instruction)
         contents, horizon, outputs = self.registers.contents(), board.next_event(), board.outputs
-        anchor = self._anchor
-        cycle = None
-        if anchor is None or anchor.horizon != horizon:
-            anchor = self._anchor = _Anchor(contents, now, self.executed, horizon)
+        anchor, cycle = self._anchor, None
+        if anchor is None or anchor.horizon != horizon or anchor.until <= now:
+            anchor = _Anchor(contents, now, self.executed, horizon)
         elif anchor.contents == contents:
             cycle = _Cycle(
                 contents, anchor.start, anchor.executed, now - anchor.start, self.executed - anchor.executed,
-                tuple(anchor.values),
+                tuple(anchor.values), anchor.until,
             )  # fmt: skip
         elif len(anchor.values) == anchor.patience:
             patience = 2 * anchor.patience
-            anchor = self._anchor = _Anchor(contents, now, self.executed, horizon)
+            anchor = _Anchor(contents, now, self.executed, horizon)
             anchor.patience = patience
         value = self._execute_command(instruction, address, now)
         anchor.values.append(value)
-        if board.outputs != outputs:
-            self._anchor = None
-        elif cycle is not None and cycle.values[0] == value and not self._watched:
+        anchor.until = min(anchor.until, until)
+        steady = until > now and board.outputs == outputs
+        self._anchor = anchor if steady else None
+        if steady and cycle is not None and cycle.values[0] == value and not self._watched:
             self._cycle = cycle
 
     def _catch_up(self, cycle: _Cycle, now: int) -> None:
@@ -624,3 +632,13 @@ def _misuse(instruction: Instruction) -> Status:
     types = [operand for operand in operands if operand.field == "type"]
     right = all(operand.low <= instruction.type <= operand.high for operand in types)
     return Status.INVALID_VALUE if right else Status.WRONG_TYPE
+
+
+def _next_edge(board: Board, instruction: Instruction) -> int:
+    """The next clock at which a digital input that GIO reads may change by itself; 0: not known."""
+    number, port, bank, _ = instruction
+    if number != _GIO or bank != DIGITAL_INPUTS:
+        return NEVER
+    if port < INPUTS:
+        return board.next_edge(port)
+    return min(map(board.next_edge, range(INPUTS)))

@@ -32,6 +32,7 @@ class FiguresRecorder:
         self._spots = spots(rig)
         self._places = [spot.microsteps for spot in self._spots]
         self._distances = [0.0] * len(self._spots)
+        self._moved = [True] * len(self._spots)
         self._peaks = [abs(spot.speed) for spot in self._spots]
 
     def before(self, now: int) -> None:
@@ -41,11 +42,13 @@ class FiguresRecorder:
         """Add the ways since the last event."""
         del now
         for n, spot in enumerate(self._spots):
-            place = spot.microsteps
-            if place != self._places[n]:
+            speed = abs(spot.speed)
+            if speed or self._moved[n]:
+                self._moved[n] = bool(speed)
+                place = spot.microsteps
                 self._distances[n] += abs(place - self._places[n])
                 self._places[n] = place
-            self._peaks[n] = max(self._peaks[n], abs(spot.speed))
+                self._peaks[n] = max(self._peaks[n], speed)
 
     def figures(self) -> tuple[MotorFigures, ...]:
         """So far, of all motors."""
