@@ -381,3 +381,30 @@ def test_an_observer_sees_telegrams_and_events():
         ("out", "02016406000003e8" + "58", MS),
         ("power", -1, MS),
     ]
+
+
+def test_a_module_is_switched_on_and_off_once():
+    module = switched_on()
+    host = Host(module)
+    host.do("SAP 4, 0, 77")
+    module.power_on()
+    assert host.do("GAP 4, 0") == 77
+    module.power_off()
+    module.power_off()
+    assert not module.powered
+
+
+@pytest.mark.parametrize(
+    ("line", "status"), [("139 0, 0, 0", 6), ("136 0, 0, 0", 100), ("138 0, 0, 7", 100), ("135 0, 0, 0", 100)]
+)
+def test_control_functions_without_a_wire(line, status):
+    assert switched_on().execute(parse_instruction(line))[0] == status
+
+
+def test_time_passes_for_a_module_that_is_off():
+    module = switched_on()
+    module.power_off()
+    run_until(module, 10 * HZ)
+    assert module.now == 10 * HZ
+    module.power_on()
+    assert Host(module).do("GGP 132, 0") == 0

@@ -45,6 +45,9 @@ BOOT: Final = 242
 _SMGP: Final = FIELDS["LSMD"][0]
 _IF_CONFIGURATION: Final = FIELDS["EN_REFR"][0]
 
+Control = Callable[["Module", "Port", Instruction, int], None]
+"""Executes a command that came through a port in so many bytes, and answers it, or not."""
+
 UserFunction = Callable[["Module", int, int, int], Result]
 """Takes type, motor and value of UF0..UF7; returns status and value of the reply."""
 
@@ -138,6 +141,8 @@ class Module:
         """What UF0..UF7 do, by 0..7."""
         self.on_boot: Callable[[Port], None] | None = None
         """Called with the port through which command 242 came with its key; None: there is no boot loader."""
+        self.on_power: Callable[[], None] | None = None
+        """Called at the end of power-on."""
         for number, value in ((66, address), (76, host_address)):
             if value is not None:
                 eeprom.set_global_value(number, value)
@@ -153,6 +158,8 @@ class Module:
         """Coordinates 0..20 in RAM, for each motor."""
         self.dispatcher = Dispatcher(self)
         self.handlers: list[Handler] = self.dispatcher.handlers
+        self.controls: Mapping[int, Control] = _SPECIAL
+        """Commands that answer in a way of their own, by number."""
         self.ports: list[SerialPort | CanPort] = []
 
         self.address = self.host_address = self.pause = self.heartbeat = self.baud_index = 0
@@ -184,13 +191,20 @@ class Module:
         self.tell("power", -1)
         self.program.power_on(bool(self.eeprom.global_values[77]))
         self.settle()
+        if self.on_power is not None:
+            self.on_power()
 
     def power_off(self) -> None:
         """Cut the power: nothing moves, nothing answers, what is not stored is lost."""
         if self.powered:
-            self.program.power_off()
-            self._reset_state()
+            self.stop_firmware()
             self.powered = False
+
+    def stop_firmware(self) -> None:
+        """Everything stands still, motors are without current, what is not stored is lost."""
+        self.program.power_off()
+        self._reset_state()
+        self.silent = False
 
     def reset(self) -> None:
         """Switch off and on."""
@@ -262,9 +276,8 @@ class Module:
 
     # Commands
 
-    def execute(self, instruction: Instruction, *, source: object = None) -> Result:
+    def execute(self, instruction: Instruction) -> Result:
         """Execute a command as in direct mode, without any wire; status and value of its reply."""
-        del source
         if self.program.state:
             self.program.wake()
         result = self.dispatcher.execute(instruction)
@@ -287,7 +300,7 @@ class Module:
             return
         if program.state:
             program.wake()
-        special = _SPECIAL.get(number)
+        special = self.controls.get(number)
         if special is not None:
             special(self, port, instruction, size)
         else:
@@ -437,7 +450,7 @@ def _boot(module: Module, port: Port, instruction: Instruction, size: int) -> No
         port.answer(Status.INVALID_COMMAND, instruction.number, instruction.value, size)
 
 
-_SPECIAL: Final[Mapping[int, Callable[[Module, Port, Instruction, int], None]]] = {
+_SPECIAL: Final[Mapping[int, Control]] = {
     134: _read_program,
     136: _tell_version,
     137: _restore_factory_settings,

@@ -127,7 +127,7 @@ class SerialPort:
         """Execute a command that came as a line of text; status and value of the reply."""
         if self.module.heartbeat:
             self.module.supervision.heard()
-        return self.module.execute(instruction, source=self)
+        return self.module.execute(instruction)
 
     # What the module sends
 
