@@ -102,12 +102,9 @@ def _bind(host: str, port: int) -> socket.socket:
 async def _serve(
     paths: tuple[Path, ...], options: dict[str, Any], listener: socket.socket, host: str, no_browser: bool
 ) -> int:
-    import uvicorn
-
     from tmcm34x.ide.application import LOOPBACK, Application
     from tmcm34x.ide.hub import Hub
     from tmcm34x.ide.telegrams import Telegrams
-    from tmcm34x.ide.wire import MESSAGE_LIMIT
     from tmcm34x.ide.workspace import Workspace
 
     port = listener.getsockname()[1]
@@ -118,15 +115,6 @@ async def _serve(
     loopback = host in {"127.0.0.1", "localhost", "::1"}
     application = Application(hub, token, [f"{name}:{port}" for name in LOOPBACK] if loopback else [])
     application.name_cookie(port)
-    config = uvicorn.Config(
-        application.starlette,
-        ws="websockets-sansio",
-        ws_max_size=MESSAGE_LIMIT,
-        log_level="warning",
-        access_log=False,
-        timeout_graceful_shutdown=1,
-        lifespan="off",
-    )
     name = f"[{host}]" if ":" in host else host
     url = f"http://{name}:{port}/?token={token}"
     await hub.open()
@@ -134,7 +122,7 @@ async def _serve(
         click.echo(f"ready ide {url}")
         if not no_browser:
             await asyncio.to_thread(webbrowser.open, url)
-        await uvicorn.Server(config).serve(sockets=[listener])
+        await application.server().serve(sockets=[listener])
     finally:
         await hub.close()
     return 0

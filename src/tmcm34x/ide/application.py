@@ -12,11 +12,13 @@ import mimetypes
 from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
+import uvicorn
 from starlette.applications import Starlette
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.routing import Route, WebSocketRoute
 
 from tmcm34x.ide.page import Page
+from tmcm34x.ide.wire import MESSAGE_LIMIT
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -69,6 +71,21 @@ class Application:
     def name_cookie(self, port: int) -> None:
         """Cookies are shared by all ports of a host, so each server needs a name of its own."""
         self._cookie = f"tmcm34x-{port}"
+
+    def server(self) -> uvicorn.Server:
+        """A server for the routes; on one machine compressing costs more than it saves."""
+        return uvicorn.Server(
+            uvicorn.Config(
+                self.starlette,
+                ws="websockets-sansio",
+                ws_max_size=MESSAGE_LIMIT,
+                ws_per_message_deflate=False,
+                log_level="warning",
+                access_log=False,
+                timeout_graceful_shutdown=1,
+                lifespan="off",
+            )
+        )
 
     # Who may come in
 

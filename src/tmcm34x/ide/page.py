@@ -26,11 +26,10 @@ if TYPE_CHECKING:
 
 MAX_CALLS: Final = 64
 """Calls of one page under way at a time."""
-MAX_EVENTS: Final = 2000
-"""Events that wait for one page; one that falls behind farther is cut off and may come back."""
+MAX_BACKLOG: Final = 8 << 20
+"""Bytes of events that wait for one page; one that falls behind farther is cut off and may come back."""
 LOG_S: Final = 0.1
 MALFORMED: Final = 1007
-TOO_SLOW: Final = 1013
 
 _request = msgspec.json.Decoder(wire.Request)
 _event = msgspec.json.Encoder()
@@ -43,7 +42,9 @@ class Page:
         self._hub = hub
         self._socket = socket
         self._events: deque[bytes] = deque()
+        self._backlog = 0
         self._wake = asyncio.Event()
+        self._reader: asyncio.Task[None] | None = None
         self._frames = Frames()
         self._calls: set[asyncio.Task[None]] = set()
         self._log_from: int | None = None
@@ -53,8 +54,18 @@ class Page:
 
     def send(self, event: wire.Event) -> None:
         """Let the page have an event, in order."""
-        self._events.append(_event.encode(event))
+        if self._backlog > MAX_BACKLOG:
+            self._cut_off()
+            return
+        data = _event.encode(event)
+        self._backlog += len(data)
+        self._events.append(data)
         self._wake.set()
+
+    def _cut_off(self) -> None:
+        """This window does not read: forget it."""
+        if self._reader is not None:
+            self._reader.cancel()
 
     def follow_log(self, on: bool, polls: bool) -> None:
         """Send log lines from the oldest kept on, or none; `polls` asks for the IDE's own."""
@@ -68,10 +79,14 @@ class Page:
         pumps = [
             asyncio.create_task(work()) for work in (self._send_events, self._send_states, self._send_log)
         ]
+        self._reader = asyncio.create_task(self._receive())
         try:
-            await self._receive()
+            await self._reader
         except WebSocketDisconnect:
             pass
+        except asyncio.CancelledError:
+            if not self._reader.cancelled():
+                raise
         finally:
             for task in (*pumps, *self._calls):
                 task.cancel()
@@ -111,11 +126,10 @@ class Page:
         while True:
             await self._wake.wait()
             self._wake.clear()
-            if len(self._events) > MAX_EVENTS:
-                await self._socket.close(TOO_SLOW, "this window is too slow")
-                return
             while self._events:
-                await self._send(self._events.popleft(), text=True)
+                data = self._events.popleft()
+                await self._send(data, text=True)
+                self._backlog -= len(data)
 
     async def _send_states(self) -> None:
         loop = asyncio.get_running_loop()

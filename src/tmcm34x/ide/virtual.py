@@ -296,7 +296,8 @@ class Virtual:
         self.server.change_pace(paused=True)
         span = max(0.0, min(LONGEST_STEP_MS, call.ms))
         clock.run_until(self.rig, self.rig.now + round(span * clock.MS))
-        self.server.change_pace(paused=True)
+        self.server.pace.draw(self.rig.now)
+        self.server.settle()
 
     def eeprom(self) -> wire.Eeprom:
         """The module's memory."""

@@ -1,0 +1,169 @@
+"""Drives an IDE server in this process, as a page would."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from websockets.asyncio.client import ClientConnection, connect
+
+from tmcm34x.bench import simple_rig
+from tmcm34x.firmware.storage import Eeprom
+from tmcm34x.ide import wire
+from tmcm34x.ide.application import LOOPBACK, Application
+from tmcm34x.ide.hub import Hub
+from tmcm34x.ide.target import Target
+from tmcm34x.ide.telegrams import Telegrams
+from tmcm34x.ide.virtual import Virtual
+from tmcm34x.ide.workspace import Workspace
+from tmcm34x.server import Server
+
+TOKEN = "let-me-in"
+
+_event = msgspec.json.Decoder(wire.AnyEvent)
+
+
+class Ide:
+    """A running IDE."""
+
+    def __init__(self, hub: Hub, port: int) -> None:
+        self.hub = hub
+        self.port = port
+        self.origin = f"http://127.0.0.1:{port}"
+
+    @property
+    def virtual(self) -> Virtual:
+        assert isinstance(self.hub.target, Virtual)
+        return self.hub.target
+
+    def socket(
+        self, path: str = "/wire", *, origin: str | None = None, token: str = TOKEN, **more: Any
+    ) -> connect:
+        headers = {"Cookie": f"tmcm34x-{self.port}={token}"}
+        return connect(
+            f"ws://127.0.0.1:{self.port}{path}", origin=origin or self.origin, additional_headers=headers,
+            max_size=None, proxy=None, close_timeout=0.2, **more,
+        )  # fmt: skip
+
+    @contextlib.asynccontextmanager
+    async def page(self, rate_hz: int = 60) -> AsyncIterator[Window]:
+        async with self.socket() as connection:
+            window = Window(connection)
+            reader = asyncio.create_task(window.read())
+            try:
+                await window.event(wire.Welcome)
+                await window.call(wire.SetRate(rate_hz))
+                yield window
+            finally:
+                reader.cancel()
+                await asyncio.gather(reader, return_exceptions=True)
+
+
+class Window:
+    """A page without a browser: calls, events, and the state put together from frames."""
+
+    def __init__(self, connection: ClientConnection) -> None:
+        self.connection = connection
+        self.events: list[wire.Event] = []
+        self.frames: list[bytes] = []
+        self.state: dict[str, dict[str, float]] = {}
+        self.watched: list[int] = []
+        self._news = asyncio.Event()
+        self._numbers = iter(range(1, 1 << 30))
+
+    async def read(self) -> None:
+        async for message in self.connection:
+            if isinstance(message, str):
+                self.events.append(_event.decode(message))
+            else:
+                self.frames.append(message)
+                self._take(message)
+            self._news.set()
+
+    def _take(self, frame: bytes) -> None:
+        at = 1
+        for index, group in enumerate(wire.GROUPS):
+            if frame[0] & 1 << index:
+                values = group.layout.unpack_from(frame, at)
+                self.state[group.name] = dict(zip([row.name for row in group.rows], values, strict=True))
+                at += group.layout.size
+        if frame[0] & 1 << wire.WATCH_BIT:
+            self.watched = [
+                int.from_bytes(frame[n : n + 4], "little", signed=True) for n in range(at, len(frame), 4)
+            ]
+            at = len(frame)
+        assert at == len(frame)
+
+    async def until(self, holds: Any, timeout_s: float = 10.0) -> None:
+        """Wait until `holds()` is true."""
+        async with asyncio.timeout(timeout_s):
+            while not holds():
+                self._news.clear()
+                await self._news.wait()
+
+    async def event(self, kind: type[Any], test: Any = lambda event: True) -> Any:
+        """The first event of a kind, taken out of the list."""
+
+        def find() -> wire.Event | None:
+            return next((event for event in self.events if isinstance(event, kind) and test(event)), None)
+
+        await self.until(lambda: find() is not None)
+        found = find()
+        assert found is not None
+        self.events.remove(found)
+        return found
+
+    async def ask(self, call: wire.Call) -> wire.Answer | wire.Refusal:
+        number = next(self._numbers)
+        await self.connection.send(msgspec.json.encode((number, call)).decode())
+        return await self.event(wire.Answer | wire.Refusal, lambda event: event.id == number)
+
+    async def call(self, call: wire.Call) -> Any:
+        """The result of a call that must succeed."""
+        answer = await self.ask(call)
+        assert isinstance(answer, wire.Answer), answer
+        return answer.result
+
+    async def refusal(self, call: wire.Call) -> str:
+        """The code of a call that must be refused."""
+        answer = await self.ask(call)
+        assert isinstance(answer, wire.Refusal), answer
+        assert answer.text
+        return answer.code
+
+    async def execute(self, line: str) -> dict[str, Any]:
+        return await self.call(wire.ExecuteText(line))
+
+
+def virtual(
+    model: int = 343, *, speed: float = 1.0, eeprom: Eeprom | None = None
+) -> tuple[Target, Telegrams]:
+    telegrams = Telegrams()
+    return Virtual(Server(simple_rig(model, eeprom), speed=speed), telegrams, "bare motors", ""), telegrams
+
+
+@contextlib.asynccontextmanager
+async def running(
+    folder: Path, target: tuple[Target, Telegrams] | None = None, show: list[str] | None = None
+) -> AsyncIterator[Ide]:
+    """A server on a free port of loopback."""
+    module, telegrams = target or virtual()
+    hub = Hub(Workspace(folder), module, telegrams, show or [])
+    listener = socket.create_server(("127.0.0.1", 0))
+    port = listener.getsockname()[1]
+    application = Application(hub, TOKEN, [f"{name}:{port}" for name in LOOPBACK])
+    application.name_cookie(port)
+    server = application.server()
+    await hub.open()
+    task = asyncio.create_task(server._serve([listener]))
+    try:
+        yield Ide(hub, port)
+    finally:
+        server.should_exit = True
+        await task
+        await hub.close()

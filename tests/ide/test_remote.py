@@ -1,0 +1,147 @@
+from __future__ import annotations
+
+import asyncio
+import threading
+
+import pytest
+
+from ide.ide_driver import running
+from tmcm34x.bench import simple_rig
+from tmcm34x.host.exceptions import LinkError
+from tmcm34x.ide import wire
+from tmcm34x.ide.remote import Remote
+from tmcm34x.ide.telegrams import Telegrams
+from tmcm34x.links.tcp import TcpLink
+from tmcm34x.server import Server
+
+
+class Bench:
+    """A served module in a thread of its own, as behind a real line."""
+
+    def __init__(self, model: int = 343, port: int = 0) -> None:
+        self._ready = threading.Event()
+        self._model, self._port = model, port
+        self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()))
+        self._thread.start()
+        self._ready.wait()
+
+    async def _serve(self) -> None:
+        self._loop, self._end = asyncio.get_running_loop(), asyncio.Event()
+        self.rig = simple_rig(self._model)
+        server = Server(self.rig)
+        self.address = await server.open(TcpLink("127.0.0.1", self._port))
+        self._ready.set()
+        await self._end.wait()
+        await server.close()
+
+    def stop(self) -> None:
+        if self._thread.is_alive():
+            self._loop.call_soon_threadsafe(self._end.set)
+            self._thread.join()
+
+
+def _go(folder, scenario, model: int = 343):
+    bench = Bench(model)
+
+    async def run():
+        telegrams = Telegrams()
+        remote = await asyncio.to_thread(Remote, f"tcp://{bench.address}", 9600, 1, telegrams)
+        async with running(folder, (remote, telegrams)) as ide, ide.page() as page:
+            await scenario(bench, ide, page)
+
+    try:
+        asyncio.run(run())
+    finally:
+        bench.stop()
+
+
+def test_a_real_module_tells_what_it_is_and_moves(tmp_path):
+    async def scenario(bench, ide, page):
+        assert ide.hub.target.model.number == 341
+        await page.execute("ROR 1, 400")
+        await page.until(
+            lambda: page.state["motor1"]["speed"] == 400 and page.state["motor1"]["position"] > 0
+        )
+        await page.call(wire.StopAll())
+        await page.until(lambda: page.state["motor1"]["speed"] == 0)
+
+    _go(tmp_path, scenario, 341)
+
+
+def test_polling_stays_out_of_a_download(tmp_path):
+    program = "Loop: ROR 0, 300\n" + "WAIT TICKS, 0, 1\n" * 300 + "JA Loop\n"
+    (tmp_path / "a.tmc").write_text(program)
+
+    async def scenario(bench, ide, page):
+        await page.until(lambda: page.state.get("time"))
+        answer = await page.call(wire.Download("a.tmc", run=True))
+        await page.until(lambda: page.state["motor0"]["speed"] == 300 and page.state["program"]["state"] == 1)
+        text = await page.call(wire.Upload())
+        again = await page.call(wire.Assemble("b.tmc", {"b.tmc": text}))
+        assert again["listing"]["identity"] == answer["listing"]["identity"]
+
+    _go(tmp_path, scenario)
+
+
+def test_what_needs_a_bench_is_refused_on_a_real_module(tmp_path):
+    async def scenario(bench, ide, page):
+        for call in (
+            wire.SetBench("left", 0, 1),
+            wire.SetTime(True),
+            wire.StepTime(1),
+            wire.ReadWorld(),
+            wire.ReadEeprom(),
+        ):
+            assert await page.refusal(call) == "real"
+        assert await page.call(wire.ReadStack()) == []
+        assert (await page.call(wire.SetBreakpoints([wire.Breakpoint("a.tmc", 1)])))[0]["address"] == -1
+
+    _go(tmp_path, scenario)
+
+
+def test_settings_parameters_and_watches_go_over_the_line(tmp_path):
+    async def scenario(bench, ide, page):
+        await page.execute("SAP 4, 2, 1234")
+        assert await page.call(wire.ReadMany([wire.Watched(-1, 4, 2), wire.Watched(-1, 250, 0)])) == [
+            1234,
+            None,
+        ]
+        await page.call(wire.Watch([wire.Watched(-1, 4, 2)]))
+        await page.until(lambda: page.watched == [1234])
+        assert "max_speed = 1234" in await page.call(wire.ExportSettings("toml"))
+
+    _go(tmp_path, scenario)
+
+
+def test_a_lost_line_is_told_and_found_again(tmp_path):
+    async def scenario(bench, ide, page):
+        await page.event(wire.Link, lambda event: event.up)
+        port = int(bench.address.rpartition(":")[2])
+        await asyncio.to_thread(bench.stop)
+        lost = await page.event(wire.Link, lambda event: not event.up)
+        assert lost.text
+        assert (await page.execute("GAP 1, 0"))["status"] == 0
+        again = await asyncio.to_thread(Bench, 343, port)
+        try:
+            await page.event(wire.Link, lambda event: event.up)
+            assert (await page.execute("GAP 4, 0"))["value"] == 1000
+        finally:
+            await asyncio.to_thread(again.stop)
+
+    _go(tmp_path, scenario)
+
+
+def test_a_silent_module_is_told_and_heard_again(tmp_path):
+    async def scenario(bench, ide, page):
+        await page.event(wire.Link, lambda event: event.up)
+        await page.execute("SGP 255, 0, 1")
+        assert "No answer" in (await page.event(wire.Link, lambda event: not event.up)).text
+        await page.execute("SGP 255, 0, 0")
+        await page.event(wire.Link, lambda event: event.up)
+
+    _go(tmp_path, scenario)
+
+
+def test_a_line_that_cannot_be_opened_says_so_at_once():
+    with pytest.raises(LinkError):
+        Remote("/dev/does-not-exist", 9600, 1, Telegrams())

@@ -1,0 +1,116 @@
+from __future__ import annotations
+
+import pytest
+
+from tmcm34x.ide.wire import RefusalError
+from tmcm34x.ide.workspace import MAX_BYTES, Workspace
+
+
+def _code(action, *arguments) -> str:
+    with pytest.raises(RefusalError) as refused:
+        action(*arguments)
+    return refused.value.code
+
+
+@pytest.fixture
+def workspace(tmp_path):
+    folder = tmp_path / "work"
+    folder.mkdir()
+    (tmp_path / "secret.tmc").write_text("STOP\n")
+    return Workspace(folder)
+
+
+@pytest.mark.parametrize(
+    "path", ["", "/etc/passwd", "../secret.tmc", "a/../../secret.tmc", "a\0b.tmc", ".", "a/.."]
+)
+def test_no_path_leads_out_of_the_folder(workspace, path):
+    assert _code(workspace.read, path) == "path"
+    assert _code(workspace.write, path, "x", "", "\n") == "path"
+    assert _code(workspace.delete, path) == "path"
+    assert _code(workspace.rename, path, "b.tmc") == "path"
+
+
+def test_a_symbolic_link_out_of_the_folder_is_not_followed(workspace):
+    (workspace.folder / "link.tmc").symlink_to(workspace.folder.parent / "secret.tmc")
+    (workspace.folder / "up").symlink_to(workspace.folder.parent)
+    assert _code(workspace.read, "link.tmc") == "path"
+    assert _code(workspace.write, "link.tmc", "x", "*", "\n") == "path"
+    assert _code(workspace.read, "up/secret.tmc") == "path"
+    assert [entry.path for entry in workspace.files()] == ["link.tmc"]
+
+
+def test_a_text_comes_back_as_it_was_saved(workspace):
+    entry = workspace.write("sub/a.tmc", "ROR 0, 1\nSTOP\n", "", "\r\n")
+    assert (workspace.folder / "sub/a.tmc").read_bytes() == b"ROR 0, 1\r\nSTOP\r\n"
+    file = workspace.read("sub/a.tmc")
+    assert (file.text, file.newline, file.stamp) == ("ROR 0, 1\nSTOP\n", "\r\n", entry.stamp)
+
+
+def test_old_texts_in_latin_1_and_texts_with_a_byte_order_mark_are_read(workspace):
+    (workspace.folder / "old.tmc").write_bytes("// größer\n".encode("latin-1"))
+    (workspace.folder / "new.tmc").write_bytes(b"\xef\xbb\xbf// x\n")
+    assert workspace.read("old.tmc").text == "// größer\n"
+    assert workspace.read("new.tmc").text == "// x\n"
+
+
+def test_a_file_that_changed_meanwhile_is_not_overwritten(workspace):
+    first = workspace.write("a.tmc", "one", "", "\n")
+    (workspace.folder / "a.tmc").write_text("from outside, longer")
+    assert _code(workspace.write, "a.tmc", "two", first.stamp, "\n") == "changed"
+    assert _code(workspace.write, "a.tmc", "two", "", "\n") == "changed"
+    workspace.write("a.tmc", "two", "*", "\n")
+    assert workspace.read("a.tmc").text == "two"
+
+
+def test_a_file_deleted_meanwhile_is_saved_again_only_when_asked(workspace):
+    entry = workspace.write("a.tmc", "one", "", "\n")
+    workspace.delete("a.tmc")
+    assert _code(workspace.write, "a.tmc", "two", entry.stamp, "\n") == "changed"
+    workspace.write("a.tmc", "two", "*", "\n")
+
+
+def test_saving_keeps_the_permissions_and_leaves_nothing_behind(workspace):
+    workspace.write("a.tmc", "one", "", "\n")
+    (workspace.folder / "a.tmc").chmod(0o640)
+    workspace.write("a.tmc", "two", "*", "\n")
+    assert (workspace.folder / "a.tmc").stat().st_mode & 0o777 == 0o640
+    assert [path.name for path in workspace.folder.iterdir()] == ["a.tmc"]
+
+
+def test_only_texts_are_shown_and_opened(workspace):
+    (workspace.folder / "image.bin").write_bytes(b"\0\1")
+    (workspace.folder / "zero.tmc").write_bytes(b"ROR\0")
+    (workspace.folder / ".hidden.tmc").write_text("x")
+    (workspace.folder / "sub" / "empty").mkdir(parents=True)
+    (workspace.folder / "node_modules").mkdir()
+    (workspace.folder / "node_modules" / "a.md").write_text("x")
+    assert [entry.path for entry in workspace.files()] == ["zero.tmc"]
+    assert _code(workspace.read, "zero.tmc") == "kind"
+    assert _code(workspace.read, "sub") == "kind"
+    assert _code(workspace.read, "missing.tmc") == "file"
+    assert _code(workspace.write, "program.exe", "x", "", "\n") == "kind"
+    assert _code(workspace.rename, "zero.tmc", "zero.exe") == "kind"
+
+
+def test_a_file_beyond_all_measure_is_refused(workspace):
+    (workspace.folder / "big.tmc").write_bytes(b" " * (MAX_BYTES + 1))
+    assert _code(workspace.read, "big.tmc") == "size"
+    assert _code(workspace.write, "b.tmc", " " * (MAX_BYTES + 1), "", "\n") == "size"
+
+
+def test_a_file_moves_but_not_onto_another(workspace):
+    workspace.write("a.tmc", "a", "", "\n")
+    workspace.write("b.tmc", "b", "", "\n")
+    assert _code(workspace.rename, "a.tmc", "b.tmc") == "exists"
+    workspace.rename("a.tmc", "sub/c.tmc")
+    assert [entry.path for entry in workspace.files()] == ["sub", "sub/c.tmc", "b.tmc"]
+
+
+def test_named_files_open_their_common_folder(tmp_path):
+    for name in ("x/a.tmc", "x/y/b.tmc"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("STOP\n")
+    workspace, shown = Workspace.of([tmp_path / "x/a.tmc", tmp_path / "x/y/b.tmc"])
+    assert workspace.folder == (tmp_path / "x").resolve()
+    assert shown == ["a.tmc", "y/b.tmc"]
+    assert Workspace.of([tmp_path / "x"])[1] == []
