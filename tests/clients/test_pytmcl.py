@@ -22,17 +22,17 @@ def test_parameters_and_variables(bus):
     assert motor.get_user_var(3) == -99
 
 
-def test_the_callback_comes_when_the_position_is_reached(bus):
+def test_the_callback_comes_when_the_position_is_reached(bus, wait_for):
     motor = bus.get_motor(1, 0)
     reached = threading.Event()
     assert motor.move_absolute(-15_000, callback=reached.set) == 100
     assert reached.wait(10)
     motor.trigger_thread.join()
-    assert motor.axis.actual_position == -15_000
+    assert wait_for(lambda: motor.axis.actual_position == -15_000 and motor.axis.actual_speed == 0)
     motor.move_relative(500, callback=reached.clear)
     motor.trigger_thread.join(10)
     assert not reached.is_set()
-    assert motor.axis.actual_position == -14_500
+    assert wait_for(lambda: motor.axis.actual_position == -14_500 and motor.axis.actual_speed == 0)
 
 
 def test_rotation_and_stop(bus, wait_for):
