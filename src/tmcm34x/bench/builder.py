@@ -14,6 +14,7 @@ from tmcm34x.bench.world import SHUTDOWN, Disc, Fitting, World
 from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import MS, clocks
+from tmcm34x.firmware.boot import BootLoader
 from tmcm34x.firmware.module import Module
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.world import device, signal
@@ -75,6 +76,7 @@ def _world(bench: d.Bench, index: int, eeprom: Eeprom | None) -> World:
     )
     if new and row.address is not None:
         module.eeprom.set_global_value(CAN_ADDRESS, row.address)
+    BootLoader(module)
     path = f"module[{index}]"
     axes = list(row.axis) + [None] * (MOTORS - len(row.axis))
     fittings = [

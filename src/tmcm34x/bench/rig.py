@@ -10,6 +10,7 @@ from tmcm34x.bench.world import Fitting, World
 from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import NEVER
+from tmcm34x.firmware.boot import BootLoader
 from tmcm34x.firmware.module import INSTRUCTION_CLOCKS, Module
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.world.axis import Axis
@@ -103,6 +104,7 @@ def simple_rig(
         address=address,
         host_address=host_address,
     )
+    BootLoader(module)
     world = World(module, [Fitting(Axis(Motor(), FREE_SHAFT)) for _ in range(3)])
     module.power_on()
     return Rig([world])
