@@ -1,4 +1,4 @@
-"""Wires for sessions that go through the product's server and its links: pseudo terminal, TCP, SLCAN.
+"""Wires for sessions that go through the product's server and its links: pseudo terminal and TCP.
 
 The server runs on a wall clock that stands still until the session lets time pass, so that every run is the same
 and the replies are those of a wire in memory, byte for byte.
@@ -17,7 +17,6 @@ from typing import Any
 
 from tmcm34x import clock
 from tmcm34x.links.pty import PtyLink
-from tmcm34x.links.slcan import SlcanLink
 from tmcm34x.links.tcp import TcpLink
 from tmcm34x.server import Server
 
@@ -178,53 +177,6 @@ class Tcp(ServedSerial):
         """Take what has come."""
         if select.select([self.socket], [], [], 0)[0]:
             self.take(self.socket.recv(4096))
-
-
-class Slcan(Terminal, Served):
-    """An SLCAN adapter on a pseudo terminal; its answers tell when all has arrived."""
-
-    kind = "can"
-
-    def __init__(self, rig: Any) -> None:
-        super().__init__(rig)
-        self.received: list[tuple[int, bytes]] = []
-        self.answers: list[bytes] = []
-
-    async def open(self) -> str:
-        """Open the link."""
-        return await self.server.open_bus(SlcanLink())
-
-    def connect(self, path: str) -> None:
-        """Open the adapter's channel."""
-        super().connect(path)
-        self.command(b"S8")
-        self.command(b"O")
-
-    def command(self, line: bytes) -> bytes:
-        """Send a line to the adapter; its answer."""
-        self.answers.clear()
-        self.write(line + b"\r")
-        self.wait(lambda: bool(self.answers))
-        return self.answers.pop()
-
-    def send_frame(self, identifier: int, data: bytes) -> None:
-        """Send a frame."""
-        assert self.command(b"t%03X%d%s" % (identifier, len(data), data.hex().encode())) == b"z"
-
-    def settle(self) -> None:
-        """All frames have come: an answer to a question of ours comes after them."""
-        self.command(b"V")
-
-    def take(self, data: bytes) -> None:
-        """Characters have come."""
-        self._raw += data
-        while b"\r" in self._raw:
-            line, _, rest = bytes(self._raw).partition(b"\r")
-            self._raw[:] = rest
-            if line[:1] == b"t":
-                self.received.append((int(line[1:4], 16), bytes.fromhex(line[5:].decode())))
-            else:
-                self.answers.append(line)
 
 
 LINKS = {"pty": Pty, "tcp": Tcp}
