@@ -18,14 +18,19 @@ from tmcm34x.tmcl.datagram import Instruction
 SECONDS = 200
 AXIS = """
 [[module.axis]]
-load = { kind = "carriage", mass_kg = 1.0, friction_n = 3.0, low = -51.0, high = 51.0, force = [[-50, 0], [0, 20], [10, 0]] }
+load = { kind = "carriage", mass_kg = 1, friction_n = 3, low = -51, high = 51, force = [[-50, 0], [0, 20], [10, 0]] }
 switch.left = { position = -50.0, hysteresis = 0.05 }
 switch.right = { position = 50.0, hysteresis = 0.05 }
 switch.reference = { position = 5.0, width = 1.0, hysteresis = 0.05 }
-switch.bounce_ms = 1.0
+switch.bounce_ms = {bounce}
 encoder = { lines = 1000 }
 """
-FULL = "[[module]]\n" + AXIS * 3 + "[module.spi]\nSPI_SEL0 = { kind = 'tmcm323' }\n"
+
+
+def full(bounce: float = 0.0) -> Rig:
+    """A module with three loaded axes, three switches and an encoder on each."""
+    axes = AXIS.replace("{bounce}", str(bounce)) * 3
+    return build(parse("[[module]]\n" + axes + "[module.spi]\nSPI_SEL0 = { kind = 'tmcm323' }\n"))
 
 
 def shuttle(rig: Rig) -> float:
@@ -78,7 +83,8 @@ def poll(count: int) -> float:
 
 if __name__ == "__main__":
     print(f"three axes to and fro, bare        {shuttle(simple_rig()):8.0f} x real time")
-    print(f"three axes to and fro, full bench  {shuttle(build(parse(FULL))):8.0f} x real time")
-    print(f"three reference searches at once   {homing(build(parse(FULL))):8.0f} x real time")
+    print(f"three axes to and fro, full bench  {shuttle(full()):8.0f} x real time")
+    print(f"  with contacts that bounce        {shuttle(full(1.0)):8.0f} x real time")
+    print(f"three reference searches at once   {homing(full(1.0)):8.0f} x real time")
     for count in (1, 16, 64):
         print(f"one of {count:2} modules asked and answered {poll(count) * 1e6:6.0f} us")

@@ -275,6 +275,7 @@ def test_slicing_does_not_matter(commands, cuts):
             for cut in sorted(slices):
                 if rig.now < rig.now + cut < end:
                     run_until(rig, rig.now + cut)
+                    rig.worlds[0].view()
             run_until(rig, end)
         run_ms(rig, 500)
         seen.append((rig.worlds[0].view(), [say(rig, f"GAP {n}, 0") for n in (0, 1, 2, 3, 9, 10, 11)]))
