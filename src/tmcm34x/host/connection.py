@@ -97,6 +97,10 @@ class Connection:
         """Send a command that is never answered, such as 137."""
         self._stream.write(pack_request(self.address, instruction))
 
+    def wait(self, seconds: float) -> None:
+        """Let time pass, or less if an event comes; what else comes in is lost."""
+        self._search(bytes(SIZE), bytearray(self._stream.read(seconds)), 0)
+
     def exchange(self, telegram: bytes) -> bytes:
         """Send nine bytes, return the nine bytes that answer them: the one place where the line is used.
 

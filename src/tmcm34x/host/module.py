@@ -3,7 +3,7 @@
     with Connection.open("/dev/ttyUSB0") as connection:
         module = Module(connection)
         x = module.axes[0]
-        x.max_positioning_speed = 1200
+        x.max_speed = 1200
         x.move_to(51_200)
         print(x.actual_position, module.tick_timer)
 
