@@ -53,9 +53,7 @@ class Rig:
         self._settle()
         due = self._happenings[0].when if self._happenings else NEVER
         for world in self.worlds:
-            due = min(due, world.due)
-            when = world.module.next_event()
-            due = min(due, when)
+            due = min(due, world.due, world.module.next_event())
         return due
 
     def advance(self, now: int) -> None:

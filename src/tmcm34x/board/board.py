@@ -56,6 +56,11 @@ class Board:
     def __init__(self, model: Model, *, seed: int = 0) -> None:
         self.model = model
         self.chips = tuple(Tmc429(part, seed=seed + n) for n, part in enumerate(model.parts))
+        alone = self.chips[0] if len(self.chips) == 1 else None
+        self.next_event: Callable[[], int] = alone.next_event if alone else self._next_of_all
+        """The next clock at which a motion chip has something to notice."""
+        self.advance: Callable[[int], None] = alone.advance if alone else self._advance_all
+        """Brings the motion chips to a clock."""
         self.outputs = 0
         """The eight digital outputs, OUT_0 in bit 0."""
         self.currents = [0, 0, 0]
@@ -85,12 +90,10 @@ class Board:
         """The clock the board has been brought to."""
         return self.chips[0].now
 
-    def next_event(self) -> int:
-        """The next clock at which a motion chip has something to notice."""
+    def _next_of_all(self) -> int:
         return min([chip.next_event() for chip in self.chips])
 
-    def advance(self, now: int) -> None:
-        """Bring the motion chips to clock `now`."""
+    def _advance_all(self, now: int) -> None:
         for chip in self.chips:
             chip.advance(now)
 
