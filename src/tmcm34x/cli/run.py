@@ -24,7 +24,7 @@ from tmcm34x.cli.source_files import (
     read_image,
 )
 from tmcm34x.clock import HZ, MS, NEVER, clocks, run_until, seconds
-from tmcm34x.firmware.motion import V_ACTUAL, V_TARGET, X_TARGET
+from tmcm34x.firmware.motion import RAMP_MODE, V_ACTUAL, V_TARGET, VELOCITY, X_TARGET, Axis
 from tmcm34x.firmware.program import ProgramError
 from tmcm34x.server.pace import Pace
 from tmcm34x.tmcl.datagram import Instruction
@@ -301,11 +301,11 @@ class Run:
             self.error = self.error or program.last_error
             ending = _ending(self.rig)
             when = min(trace.next_event(), until)
+            if ending == STOPPED:
+                return STOPPED
             if ending == IDLE or when >= NEVER:
                 self._let_idle(trace, until)
                 return IDLE
-            if ending:
-                return ending
             if pace.speed:
                 self._keep_pace(trace, when, pace)
             trace.advance(when)
@@ -436,11 +436,19 @@ def _settled(module: Module) -> bool:
     """Whether each motor goes on as it does now: at rest, turning evenly, or held by a switch."""
     if any(search.state for search in module.searches):
         return False
-    held = module.board.next_event() >= NEVER
     return all(
-        axis.read(V_ACTUAL) == axis.read(V_TARGET) or (held and not axis.read(V_ACTUAL))
+        axis.read(V_ACTUAL) == axis.read(V_TARGET) if axis.read(RAMP_MODE) == VELOCITY else _arrived(axis)
         for axis in module.axes
-    )
+    ) or _held(module)
+
+
+def _arrived(axis: Axis) -> bool:
+    return axis.at_target and not axis.read(V_ACTUAL)
+
+
+def _held(module: Module) -> bool:
+    """Whether motors that want to move are held by switches, all of them at rest."""
+    return module.board.next_event() >= NEVER and not any(axis.read(V_ACTUAL) for axis in module.axes)
 
 
 class _Progress:

@@ -46,6 +46,8 @@ if TYPE_CHECKING:
 TICK: Final = 10 * MS
 """One tick of WAIT (manual 6.7.22)."""
 
+_RAMP_TICK: Final = 32
+"""Clocks of a ramp tick at ramp divisor 0."""
 _END: Final = Instruction(0)
 _STOP: Final = BY_MNEMONIC["STOP"].number
 _WAIT: Final = BY_MNEMONIC["WAIT"].number
@@ -172,6 +174,8 @@ class Program:
         self._cycle: _Cycle | None = None
         self._anchor: _Anchor | None = None
         self._pins_changed = False
+        self._disturbed = 0
+        """Clock of the last command that may have made the motion chip take another way, from its next ramp tick on."""
         module.board.on_pins.append(self._note_pins)
 
     # What others see and set
@@ -238,6 +242,7 @@ class Program:
         self._ahead_until = 0
         self._probed = False
         self._cycle = self._anchor = None
+        self._disturbed = self._module.now
 
     # Control functions
 
@@ -445,6 +450,7 @@ class Program:
             self._poll(instruction, address, now)
         else:
             self._anchor = None
+            self._disturbed = now
             self._execute_command(instruction, address, now)
 
     def _go_on(self, address: int, now: int) -> None:
@@ -565,7 +571,8 @@ class Program:
         """Whether an axis parameter that belongs to the motion keeps its value until the chip's next event."""
         axis = self._module.axes[motor]
         speed = axis.read(V_ACTUAL)
-        if speed != axis.read(V_TARGET):
+        ramp_tick = _RAMP_TICK << axis.values[153]
+        if speed != axis.read(V_TARGET) or self._module.now - self._disturbed <= ramp_tick:
             return False
         if parameter == _ACTUAL_ACCELERATION:
             return not axis.read(A_ACTUAL)

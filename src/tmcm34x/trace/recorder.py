@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
+    from tmcm34x.chips.tmc429 import Motion
     from tmcm34x.firmware.module import Module
 
 
@@ -77,11 +78,10 @@ class Spot(NamedTuple):
         return self.module.board.chips[chip].acceleration(smda)
 
     @property
-    def microsteps(self) -> float:
-        """Microsteps made since power-on, up minus down, whatever the counter was set to."""
+    def motion(self) -> Motion:
+        """How it moves from now on; `phase` counts on, whatever the position was set to."""
         chip, smda = self.module.board.wiring(self.motor)
-        motion = self.module.board.chips[chip].motion(smda)
-        return motion.phase / motion.step
+        return self.module.board.chips[chip].motion(smda)
 
     def steps(self, start: int, end: int) -> Iterator[tuple[int, int]]:
         """Clock and direction of the microsteps to come after `start` up to `end`."""
