@@ -408,3 +408,21 @@ def test_time_passes_for_a_module_that_is_off():
     assert module.now == 10 * HZ
     module.power_on()
     assert Host(module).do("GGP 132, 0") == 0
+
+
+@pytest.mark.parametrize("clocks", [1600, 100])
+def test_an_instruction_of_a_program_takes_its_time(clocks):
+    eeprom = Eeprom()
+    eeprom.write_program(
+        [Instruction(19, 9, 0, n) for n in range(9)] + [Instruction(14, 0, 2, 1), Instruction(28)]
+    )
+    module = (
+        switched_on(eeprom=eeprom)
+        if clocks == 1600
+        else switched_on(eeprom=eeprom, instruction_clocks=clocks)
+    )
+    seen = []
+    module.board.on_output.append(lambda bits: seen.append((module.now, bits)))
+    module.execute(Instruction(129))
+    run_until(module, HZ)
+    assert seen == [(10 * clocks, 1)]
