@@ -42,7 +42,7 @@ def test_fidelity_numbers_are_unique():
 def test_numbers_cited_in_the_source_exist():
     known = {name for path in FRAGMENTS for name, _, _ in entries(path)}
     for path in (ROOT / "src").rglob("*.py"):
-        for cited in re.findall(r"\b((?:TMCL|CHIP|FW|PROG|WORLD|WIRE|TOOL|IDE)-\d+)\b", path.read_text()):
+        for cited in re.findall(r"\b((?:TMCL|CHIP|FW|PROG|WORLD|WIRE|TOOL|IDE|DBG)-\d+)\b", path.read_text()):
             assert cited in known, f"{path.relative_to(ROOT)} cites {cited}"
 
 

@@ -1,0 +1,141 @@
+"""Where to hold a program: breakpoints, and the end of a step.
+
+`Control` only decides; who asks it before each command, and what holding means, is in `session`.
+"""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Final, Literal, NamedTuple
+
+from tmcm34x.debug.expressions import Expression, ExpressionError, Read, compile_expression, compile_message
+
+Reason = Literal["entry", "breakpoint", "step", "pause", "exception", "end"]
+
+_HITS: Final = re.compile(r"\s*(>=|<=|==|=|>|<|%)?\s*(\d{1,9})\s*\Z")
+_COMPARE: Final[Mapping[str, Callable[[int, int], bool]]] = MappingProxyType({
+    ">=": operator.ge, "<=": operator.le, "==": operator.eq, "=": operator.eq, ">": operator.gt, "<": operator.lt,
+    "%": lambda hits, number: number > 0 and hits % number == 0,
+})  # fmt: skip
+
+
+class Stop(NamedTuple):
+    """Why and where a program is held; `breakpoints` are the numbers of those that were met."""
+
+    reason: Reason
+    address: int
+    text: str = ""
+    breakpoints: tuple[int, ...] = ()
+
+
+def compile_hits(text: str) -> Callable[[int], bool]:
+    """A hit condition: `5` and `>= 5` from the fifth hit on, `== 5`, `> 5`, `< 5`, `<= 5`, `% 5` every fifth.
+
+    Raises `ExpressionError`.  A plain number: fidelity DBG-2.
+    """
+    match = _HITS.match(text)
+    if match is None:
+        raise ExpressionError(f"a hit condition is a number, perhaps after >= > == < <= or %, not {text!r}")
+    compare, number = _COMPARE[match[1] or ">="], int(match[2])
+    return lambda hits: compare(hits, number)
+
+
+def _always(_: int) -> bool:
+    return True
+
+
+@dataclass(slots=True)
+class Breakpoint:
+    """A place to hold at, or to tell a message at.
+
+    condition: hold only when it is not 0; message: tell it instead of holding
+    Build one from texts with `make`.
+    """
+
+    number: int
+    address: int
+    condition: Expression | None = None
+    enough: Callable[[int], bool] = _always
+    message: Callable[[Read], str] | None = None
+    hits: int = field(default=0, compare=False)
+
+    @classmethod
+    def make(
+        cls, number: int, address: int, condition: str = "", hits: str = "", message: str = ""
+    ) -> Breakpoint:
+        """A breakpoint from what somebody typed; raises `ExpressionError`."""
+        return cls(
+            number,
+            address,
+            compile_expression(condition) if condition.strip() else None,
+            compile_hits(hits) if hits.strip() else _always,
+            compile_message(message) if message else None,
+        )
+
+
+class Control:
+    """Breakpoints and the step under way.
+
+    read: gives the values of names in conditions and messages
+    say: takes the messages of log points, with their addresses
+    """
+
+    def __init__(self, read: Read, say: Callable[[str, int], None]) -> None:
+        self._read = read
+        self._say = say
+        self._breakpoints: dict[int, list[Breakpoint]] = {}
+        self._depth: int | None = None
+        self._reason: Reason | None = None
+
+    @property
+    def idle(self) -> bool:
+        """Whether nobody needs to ask before a command."""
+        return not self._breakpoints and self._reason is None
+
+    def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
+        """Take these instead of the present ones; their hits are counted anew."""
+        self._breakpoints.clear()
+        for breakpoint_ in breakpoints:
+            self._breakpoints.setdefault(breakpoint_.address, []).append(breakpoint_)
+
+    def step(self, depth: int | None, reason: Reason = "step") -> None:
+        """Hold before the next command with no more than `depth` CSUBs open; None: whatever is open."""
+        self._depth, self._reason = depth, reason
+
+    def clear_step(self) -> None:
+        """No step is under way any more."""
+        self._reason = None
+
+    def concerns(self, address: int) -> bool:
+        """Whether `look` may do anything before the command at `address`."""
+        return self._reason is not None or address in self._breakpoints
+
+    def look(self, address: int, depth: int) -> Stop | None:
+        """Whether to hold before the command at `address`, with `depth` CSUBs open; counts hits, tells messages."""
+        stop = None
+        met = [b for b in self._breakpoints.get(address, ()) if self._meets(b)]
+        if met:
+            stop = Stop("breakpoint", address, "", tuple(b.number for b in met))
+        elif self._reason is not None and (self._depth is None or depth <= self._depth):
+            stop = Stop(self._reason, address)
+        if stop is not None:
+            self._reason = None
+        return stop
+
+    def _meets(self, breakpoint_: Breakpoint) -> bool:
+        try:
+            if breakpoint_.condition is not None and not breakpoint_.condition(self._read):
+                return False
+        except ExpressionError as error:
+            self._say(f"the condition has no value: {error}", breakpoint_.address)
+        breakpoint_.hits += 1
+        if not breakpoint_.enough(breakpoint_.hits):
+            return False
+        if breakpoint_.message is not None:
+            self._say(breakpoint_.message(self._read), breakpoint_.address)
+            return False
+        return True

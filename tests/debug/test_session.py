@@ -1,0 +1,387 @@
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tmcm34x.bench import simple_rig
+from tmcm34x.clock import MS, NEVER, run_until
+from tmcm34x.debug.control import Breakpoint
+from tmcm34x.debug.expressions import ExpressionError
+from tmcm34x.debug.session import LiveSession, Session, Text, at_rest
+from tmcm34x.toolchain.assembler import assemble
+
+
+class Notes:
+    """Writes down what a session tells."""
+
+    def __init__(self):
+        self.stops = []
+        self.messages = []
+        self.ends = 0
+
+    def held(self, stop):
+        self.stops.append(stop)
+
+    def ended(self):
+        self.ends += 1
+
+    def said(self, text, address):
+        self.messages.append((address, text))
+
+
+PROGRAM = """\
+        SAP   4, 0, 1200
+        SGP   1, 2, 0
+Loop:   CSUB  Move
+        GGP   1, 2
+        COMP  3
+        JC    LT, Loop
+        STOP
+Move:   MVP   REL, 0, 2000
+        CSUB  Wait
+        RSUB
+Wait:   WAIT  POS, 0, 0
+        GGP   1, 2
+        CALC  ADD, 1
+        AGP   1, 2
+        RSUB
+"""
+
+
+def bench(source=PROGRAM):
+    rig = simple_rig()
+    assembly = assemble(source)
+    assert assembly.ok, assembly.diagnostics
+    rig.modules[0].eeprom.write_program(assembly.program)
+    notes = Notes()
+    return Session(rig, notes, Text(assembly)), notes
+
+
+def lines(session):
+    return [frame.location.line for frame in session.frames()]
+
+
+def breakpoints(*addresses, **texts):
+    return [Breakpoint.make(n, address, **texts) for n, address in enumerate(addresses)]
+
+
+def go(session):
+    session.resume()
+    session.advance(NEVER)
+
+
+def state(session):
+    module = session.module
+    return (
+        session.rig.now, session.program.registers.contents(), session.program.executed, module.board.outputs,
+        [session.view.read("ap", (n, motor)) for motor in range(3) for n in (0, 1, 2, 3, 4, 8, 135)],
+        module.eeprom.to_bytes(), module.coordinates,
+    )  # fmt: skip
+
+
+def test_the_program_is_held_before_its_first_command():
+    session, notes = bench()
+    session.start()
+    assert [stop.reason for stop in notes.stops] == ["entry"]
+    assert (session.program.counter, session.program.executed, session.running) == (0, 0, False)
+
+
+def test_a_breakpoint_holds_before_its_command_each_time():
+    session, notes = bench()
+    session.set_breakpoints(breakpoints(3))
+    session.start()
+    for turn in (1, 2, 3):
+        go(session)
+        assert (notes.stops[-1].reason, notes.stops[-1].breakpoints) == ("breakpoint", (0,))
+        assert (session.program.counter, session.view.read("gp", (1,))) == (3, turn)
+    go(session)
+    assert notes.ends == 1 and session.over
+    assert session.program.before_instruction is not None
+
+
+def test_nobody_looks_without_breakpoints():
+    session, notes = bench()
+    session.start(hold=False)
+    assert session.program.before_instruction is None
+    session.advance(NEVER)
+    assert notes.ends == 1 and not notes.stops
+
+
+def test_steps_go_into_over_and_out_of_subroutines():
+    session, _ = bench()
+    session.start()
+    for expected in (2, 3, 8):
+        session.step_in()
+        session.advance(NEVER)
+        assert lines(session)[0] == expected
+    session.step_over()
+    session.advance(NEVER)
+    session.step_in()
+    session.advance(NEVER)
+    assert lines(session) == [11, 9, 3]
+    assert [frame.name for frame in session.frames()] == ["Wait", "Move", "program"]
+    session.step_out()
+    session.advance(NEVER)
+    assert lines(session) == [10, 3]
+    session.step_out()
+    session.advance(NEVER)
+    assert lines(session) == [4]
+    session.step_over()
+    session.advance(NEVER)
+    session.step_over()
+    session.advance(NEVER)
+    session.step_over()
+    session.advance(NEVER)
+    session.step_over()
+    session.advance(NEVER)
+    assert lines(session) == [4]
+
+
+def test_stepping_out_of_the_outermost_level_goes_on():
+    session, notes = bench()
+    session.start()
+    session.step_out()
+    session.advance(NEVER)
+    assert notes.ends == 1
+
+
+def test_a_step_past_the_last_command_ends_the_session():
+    session, notes = bench("        STOP\n")
+    session.start()
+    session.step_over()
+    session.advance(NEVER)
+    assert notes.ends == 1 and not session.running
+    session.resume()
+    assert not session.running
+
+
+@pytest.mark.parametrize(
+    ("texts", "turns"),
+    [
+        ({"condition": "gp[1] == 2"}, [2]),
+        ({"condition": "accumulator > 1 && ap[actual_position][0] != 4000"}, [3]),
+        ({"hits": "2"}, [2, 3]),
+        ({"hits": "== 2"}, [2]),
+        ({"hits": "% 2"}, [2]),
+        ({"hits": "< 2"}, [1]),
+        ({"condition": "gp[1] > 1", "hits": "> 1"}, [3]),
+    ],
+)
+def test_conditions_and_hits_choose_when_to_hold(texts, turns):
+    session, notes = bench()
+    session.set_breakpoints(breakpoints(3, **texts))
+    session.start()
+    held = []
+    while not session.over:
+        go(session)
+        if not session.over:
+            held.append(session.view.read("gp", (1,)))
+    assert held == turns
+    assert not notes.messages
+
+
+def test_a_log_point_tells_and_does_not_hold():
+    session, notes = bench()
+    session.set_breakpoints(breakpoints(3, message="turn {gp[1]} at {ap[1][0]}"))
+    session.start()
+    go(session)
+    assert session.over
+    assert notes.messages == [(3, f"turn {n} at {2000 * n}") for n in (1, 2, 3)]
+
+
+def test_a_condition_without_a_value_holds_and_says_why():
+    session, notes = bench()
+    session.set_breakpoints(breakpoints(3, condition="1 / 0"))
+    session.start()
+    go(session)
+    assert notes.stops[-1].reason == "breakpoint"
+    assert notes.messages == [(3, "the condition has no value: division by zero")]
+
+
+@pytest.mark.parametrize(
+    "texts", [{"condition": "1 +"}, {"hits": "often"}, {"message": "{"}, {"message": "{)}"}]
+)
+def test_what_cannot_be_understood_is_no_breakpoint(texts):
+    if texts == {"message": "{"}:
+        assert Breakpoint.make(1, 0, **texts).message is not None
+        return
+    with pytest.raises(ExpressionError):
+        Breakpoint.make(1, 0, **texts)
+
+
+def test_a_pause_in_a_wait_goes_on_where_it_was():
+    plain, _ = bench("        WAIT TICKS, 0, 100\n        STOP\n")
+    plain.start(hold=False)
+    plain.advance(NEVER)
+    session, notes = bench("        WAIT TICKS, 0, 100\n        STOP\n")
+    session.start(hold=False)
+    session.advance(300 * MS)
+    session.pause()
+    assert notes.stops[-1].reason == "pause" and session.rig.now == 300 * MS
+    with pytest.raises(ExpressionError, match="WAIT"):
+        session.jump(1)
+    go(session)
+    assert session.rig.now == plain.rig.now
+
+
+def test_a_refused_command_is_told():
+    session, notes = bench("        SGP 0, 2, 1\n        SAP 4, 0, 5000\n        SGP 1, 2, 1\n        STOP\n")
+    session.stop_on_errors = True
+    session.start(hold=False)
+    session.advance(NEVER)
+    stop = notes.stops[-1]
+    assert (stop.reason, stop.address, lines(session)) == ("exception", 1, [2])
+    assert stop.text == "SAP 4, 0, 5000: invalid value (status 4)"
+    go(session)
+    assert session.over and len(notes.stops) == 1
+
+
+def test_an_end_without_stop_is_told():
+    session, notes = bench("        SGP 0, 2, 1\n")
+    session.stop_on_errors = True
+    session.start(hold=False)
+    session.advance(NEVER)
+    assert "is a STOP missing" in notes.stops[-1].text
+    go(session)
+    assert session.over
+
+
+def test_the_session_ends_when_the_motors_are_at_rest():
+    session, notes = bench("        MVP ABS, 1, 5000\n        STOP\n")
+    session.start(hold=False)
+    session.advance(NEVER)
+    assert notes.ends == 1 and at_rest(session.module)
+    assert session.view.read("ap", (1, 1)) == 5000
+
+
+def test_a_jump_moves_the_counter():
+    session, notes = bench("        SGP 0, 2, 1\n        SGP 1, 2, 1\n        STOP\n")
+    session.start()
+    session.jump(1)
+    go(session)
+    assert (session.view.read("gp", (0,)), session.view.read("gp", (1,))) == (0, 1)
+    assert notes.ends == 1
+
+
+def test_lines_have_addresses_and_addresses_have_labels():
+    text = Text(assemble(PROGRAM, "p.tmc"))
+    assert [text.address("p.tmc", line) for line in (1, 3, 15, 16)] == [0, 2, 14, None]
+    assert text.address("other.tmc", 1) is None
+    assert (text.label(7), text.label(8)) == ("Move", "address 8")
+    assert (text.routine(9), text.routine(0)) == ("Move", "")
+    assert text.location(99) is None
+
+
+ENDLESS = """\
+        SAP   4, 0, 900
+        SAP   13, 1, 1
+Again:  GAP   1, 0
+        CALC  ADD, 700
+        AAP   0, 0
+        GIO   0, 1
+        AGP   5, 2
+        GGP   132, 0
+        AGP   6, 2
+        WAIT  TICKS, 0, 3
+        GGP   4, 2
+        CALC  ADD, 1
+        AGP   4, 2
+        COMP  20
+        JC    GT, Out
+Poll:   GAP   8, 0
+        JC    ZE, Poll
+        GGP   133, 0
+        CALC  AND, 255
+        AGP   7, 2
+        JA    Again
+Out:    ROR   1, 300
+Rest:   JA    Rest
+"""
+
+
+def look_at_everything(session):
+    for items in session.view.scopes().values():
+        for item in items():
+            if not item.acting:
+                session.view.evaluate(item.expression)
+    session.frames()
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.sampled_from([PROGRAM, ENDLESS]),
+    st.sets(st.integers(0, 22), max_size=5),
+    st.lists(st.sampled_from(["resume", "step_in", "step_over", "step_out", "pause"]), max_size=25),
+    st.integers(1, 600),
+)
+def test_a_run_that_was_held_ends_like_one_that_was_not(source, addresses, actions, slice_ms):
+    end = 1500 * MS
+    plain, _ = bench(source)
+    plain.program.run(0)
+    run_until(plain.rig, end)
+
+    session, _ = bench(source)
+    session.start(hold=bool(addresses))
+    session.set_breakpoints(breakpoints(*addresses))
+    for action in actions:
+        look_at_everything(session)
+        if action == "pause":
+            session.resume()
+            session.advance(min(end, session.rig.now + slice_ms * MS))
+            session.pause()
+        else:
+            getattr(session, action)()
+            session.advance(end)
+    session.set_breakpoints([])
+    while session.rig.now < end:
+        session.resume()
+        session.advance(end)
+        if session.over:
+            run_until(session.rig, end)
+    assert state(session) == state(plain)
+
+
+def test_a_live_session_stops_the_program_and_lets_the_motors_run():
+    rig = simple_rig()
+    module = rig.modules[0]
+    assembly = assemble("        ROR 0, 500\n        SGP 1, 2, 5\n        SGP 1, 2, 6\n        STOP\n")
+    module.eeprom.write_program(assembly.program)
+    notes = Notes()
+    session = LiveSession(module, notes, Text(assembly), rig.worlds[0])
+    session.set_breakpoints(breakpoints(2))
+    module.program.run(0)
+    run_until(rig, 100 * MS)
+    assert notes.stops[-1].reason == "breakpoint"
+    assert (module.program.active, session.frames()[0].location.line) == (False, 3)
+    position = session.view.read("ap", (1, 0))
+    run_until(rig, 200 * MS)
+    assert session.view.read("ap", (1, 0)) > position
+    session.step_in()
+    run_until(rig, 300 * MS)
+    assert (notes.stops[-1].reason, session.view.read("gp", (1,))) == ("step", 6)
+    session.step_in()
+    run_until(rig, 400 * MS)
+    session.look()
+    assert notes.ends == 1
+    session.set_breakpoints([])
+    assert module.program.before_instruction is None
+
+
+def test_a_live_session_pauses_and_tells_of_refusals():
+    rig = simple_rig()
+    module = rig.modules[0]
+    module.eeprom.write_program(
+        assemble("Loop: SAP 4, 0, 9999\n      WAIT TICKS, 0, 10\n      JA Loop\n").program
+    )
+    notes = Notes()
+    session = LiveSession(module, notes)
+    session.stop_on_errors = True
+    session.resume()
+    run_until(rig, 5 * MS)
+    session.look()
+    assert (notes.stops[-1].reason, notes.stops[-1].address, session.running) == ("exception", 0, False)
+    session.resume()
+    run_until(rig, 50 * MS)
+    session.pause()
+    assert (notes.stops[-1].reason, session.running) == ("pause", False)
+    session.release()
+    assert session.stop is None
