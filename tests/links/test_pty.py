@@ -170,7 +170,7 @@ def test_the_bit_rate_that_the_client_sets_is_known():
             mode = termios.tcgetattr(client)
             mode[4] = mode[5] = termios.B115200
             termios.tcsetattr(client, termios.TCSANOW, mode)
-            assert link.baud_rate == 115200
+            assert link.baud_rate() == 115200
             os.close(client)
 
     asyncio.run(scenario())

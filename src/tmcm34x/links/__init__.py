@@ -46,6 +46,11 @@ class Link(Protocol):
     latency_ms: int
     """How much later than its neighbour a byte of the same telegram may come through this kind of link."""
 
+    @property
+    def baud_rate(self) -> Callable[[], int] | None:
+        """Tells the bits per second that the client has set; None where there is nothing to set."""
+        ...
+
     async def open(self, connect: Connect) -> str:
         """Begin to take clients; return the address that they use.
 

@@ -65,7 +65,6 @@ class PtyLink:
             os.close(self._master)
             self._master = _NO_FD
 
-    @property
     def baud_rate(self) -> int:
         """The bit rate that the client has set, 0 if it is none that has a name."""
         speed = termios.tcgetattr(self._master)[5]

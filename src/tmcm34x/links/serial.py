@@ -23,6 +23,7 @@ class SerialLink:
     kind = "serial"
     latency_ms = 40
     """USB adapters hand over what has come every 16 ms, whatever it is."""
+    baud_rate = None
 
     def __init__(self, device: str, baud: int) -> None:
         self._device = device

@@ -19,6 +19,7 @@ class TcpLink:
 
     kind = "tcp"
     latency_ms = 0
+    baud_rate = None
 
     def __init__(self, host: str, port: int) -> None:
         self._host = host

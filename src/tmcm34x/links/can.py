@@ -1,0 +1,61 @@
+"""The module on a real or virtual CAN bus, through any adapter that python-can drives (extra `can`)."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from typing import Any, cast
+
+from tmcm34x.links import ConnectBus, LinkError
+
+
+class CanBusLink:
+    """The bus `channel` of python-can's `interface`, at `bit_rate` bits per second."""
+
+    kind = "can"
+
+    def __init__(self, interface: str, channel: str, bit_rate: int) -> None:
+        self._interface = interface
+        self._channel = channel
+        self._bit_rate = bit_rate
+        # python-can's types are partly unknown: what little of it is used here is checked by the tests.
+        self._bus: Any = None
+        self._notifier: Any = None
+
+    async def open(self, connect: ConnectBus) -> str:
+        """Join the bus; returns `interface:channel`."""
+        name = f"{self._interface}:{self._channel}"
+        try:
+            import can
+        except ImportError as error:
+            raise LinkError("python-can is missing: install tmcm34x with its extra `can`") from error
+        self._message, self._error = can.Message, can.CanError
+        try:
+            self._bus = cast(Any, can.Bus)(
+                interface=self._interface, channel=self._channel, bitrate=self._bit_rate
+            )
+        except (can.CanError, OSError, ValueError, ImportError, TypeError) as error:
+            raise LinkError(f"cannot join {name}: {' '.join(str(error).split())}") from error
+        self._peer = connect(f"{self.kind} {name}", self._send)
+        self._notifier = can.Notifier(self._bus, [self._receive], loop=asyncio.get_running_loop())
+        return name
+
+    def close(self) -> None:
+        """Leave the bus."""
+        if self._notifier is not None:
+            self._notifier.stop()
+            self._notifier = None
+            self._peer.disconnect()
+        if self._bus is not None:
+            self._bus.shutdown()
+            self._bus = None
+
+    def _send(self, identifier: int, data: bytes) -> None:
+        if self._bus is None:
+            return
+        with contextlib.suppress(self._error):  # nobody acknowledges: the frame is lost, as on a real bus
+            self._bus.send(self._message(arbitration_id=identifier, data=data, is_extended_id=False))
+
+    def _receive(self, message: Any) -> None:
+        if not (message.is_extended_id or message.is_remote_frame or message.is_error_frame):
+            self._peer.receive(message.arbitration_id, bytes(message.data), None)
