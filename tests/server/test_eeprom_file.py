@@ -124,7 +124,7 @@ def test_a_process_killed_at_any_point_leaves_a_whole_image(tmp_path):
     for _ in range(12):
         with subprocess.Popen([sys.executable, "-c", WRITER, path], stdout=subprocess.PIPE) as writer:
             assert writer.stdout.readline() == b"ready\n"
-            timer = threading.Timer(delays.random() * 0.02, writer.send_signal, [signal.SIGKILL])
+            timer = threading.Timer(delays.random() * 0.04, writer.send_signal, [signal.SIGKILL])
             timer.start()
             assert writer.wait(10) == -signal.SIGKILL
             timer.join()
@@ -132,6 +132,6 @@ def test_a_process_killed_at_any_point_leaves_a_whole_image(tmp_path):
         assert len(image) == 20_000
         assert len(set(image)) == 1
         seen.add(image[0])
-    assert len(seen) > 3  # they did write
+    assert len(seen) > 1  # they did write
     assert {entry.name for entry in tmp_path.iterdir()} <= {"image", ".image.new"}
     assert os.access(path, os.R_OK)

@@ -141,7 +141,7 @@ def test_pace_changes_take_effect_at_once(wall):
 class QuietLink:
     """A link without clients."""
 
-    kind, latency_ms = "quiet", 0
+    kind, latency_ms, baud_rate = "quiet", 0, None
 
     async def open(self, connect):
         return "nowhere"

@@ -17,11 +17,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
-from tmcm34x.links import Link, Peer, Send
+from tmcm34x.links import BusPeer, CanLink, Link, Peer, Send, SendFrame
 from tmcm34x.server.pace import Pace
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
+    from tmcm34x.firmware.serial import SerialPort
     from tmcm34x.server.store import Store
     from tmcm34x.server.telegram_log import TelegramLog
 
@@ -47,6 +48,8 @@ class Server:
     monotonic: the wall clock [s]
     stores: what keeps the modules' memories
     log: where telegrams are written down
+    any_address: serial ports take telegrams for all addresses, as on USB
+    strict_baud: a client is heard only at the bit rate of the module's global parameter 65, if its link has one
 
     `open` and `close` belong to a running event loop; `catch_up` needs none.
     """
@@ -59,13 +62,18 @@ class Server:
         monotonic: Callable[[], float] = time.monotonic,
         stores: Sequence[Store] = (),
         log: TelegramLog | None = None,
+        any_address: bool = False,
+        strict_baud: bool = False,
     ) -> None:
         self.rig = rig
         self.pace = Pace(speed, monotonic)
         self.pace.draw(rig.now)
         self._stores = stores
         self.log = log
-        self._links: list[Link] = []
+        self.any_address = any_address
+        self._strict_baud = strict_baud
+        self._links: list[Link | CanLink] = []
+        self._bus: _Bus | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._timer_s = 0.0
@@ -74,7 +82,22 @@ class Server:
     async def open(self, link: Link) -> str:
         """Serve clients of `link`; returns the address that they use.  Raises `LinkError`."""
         self._loop = asyncio.get_running_loop()
-        address = await link.open(lambda name, send: self.connect(name, send, link.latency_ms))
+        baud_rate = link.baud_rate if self._strict_baud else None
+
+        def connect(name: str, send: Send) -> Peer:
+            return _Line(self, name, send, link.latency_ms, baud_rate)
+
+        address = await link.open(connect)
+        self._links.append(link)
+        self.settle()
+        return address
+
+    async def open_can(self, link: CanLink) -> str:
+        """Serve clients of `link` on the modules' CAN bus; returns the address that they use.  Raises `LinkError`."""
+        self._loop = asyncio.get_running_loop()
+        if self._bus is None:
+            self._bus = _Bus(self)
+        address = await link.open(self._bus.connect)
         self._links.append(link)
         self.settle()
         return address
@@ -91,9 +114,9 @@ class Server:
         for store in self._stores:
             await store.close()
 
-    def connect(self, name: str, send: Send, latency_ms: int = 0) -> Peer:
-        """The modules' end of a new client's line: a `Connect` for links, or for a client in this process."""
-        return _Line(self, name, send, latency_ms)
+    def connect(self, name: str, send: Send) -> Peer:
+        """The modules' end of a new line of a client in this process: a `Connect`."""
+        return _Line(self, name, send)
 
     def catch_up(self) -> bool:
         """Bring virtual time to now, or as near as one slice of work allows; says whether it got there.
@@ -157,9 +180,17 @@ class Server:
         self.settle()
 
 
-def _tell(receivers: Sequence[Send], data: bytes) -> None:
-    for receive in receivers:
-        receive(data)
+def _tell(ports: Sequence[SerialPort], data: bytes) -> None:
+    for port in ports:
+        port.receive(data)
+
+
+def _tell_at(baud_rate: Callable[[], int], ports: Sequence[SerialPort], data: bytes) -> None:
+    """At another bit rate a module hears no whole telegram (fidelity WIRE-8)."""
+    rate = baud_rate()
+    for port in ports:
+        if port.baud_rate == rate:
+            port.receive(data)
 
 
 def _ignore(_: bytes) -> None:
@@ -173,15 +204,30 @@ class _Line:
     client that does not go on.  So the ports' own time-out is always either far away or over.
     """
 
-    def __init__(self, server: Server, name: str, send: Send, latency_ms: int) -> None:
+    def __init__(
+        self,
+        server: Server,
+        name: str,
+        send: Send,
+        latency_ms: int = 0,
+        baud_rate: Callable[[], int] | None = None,
+    ) -> None:
         self._server = server
         self._pace = server.pace
         self._log = server.log and server.log.line(name)
         self._send = send
         reply = send if self._log is None else self._log_and_send
-        self._ports = [(module, module.open_serial_port(reply)) for module in server.rig.modules]
-        receivers = [port.receive for _, port in self._ports]
-        self._hear = receivers[0] if len(receivers) == 1 else partial(_tell, receivers)
+        self._ports = [
+            (module, module.open_serial_port(reply, any_address=server.any_address))
+            for module in server.rig.modules
+        ]
+        ports = [port for _, port in self._ports]
+        if baud_rate is not None:
+            self._hear = partial(_tell_at, baud_rate, ports)
+        elif len(ports) > 1:
+            self._hear = partial(_tell, ports)
+        else:
+            self._hear = ports[0].receive
         self._time_out_s = TIME_OUT_S + latency_ms / 1000
         self._last_s = 0.0
 
@@ -216,3 +262,54 @@ class _Line:
         assert self._log is not None
         self._log.add(self._server.rig.now, "<", data, text=self._speaks_ascii())
         self._send(data)
+
+
+class _Bus:
+    """The CAN bus that joins all modules and all CAN clients; everybody hears what a client sends."""
+
+    def __init__(self, server: Server) -> None:
+        self.server = server
+        self.clients: list[_Node] = []
+        self.ports = [module.open_can_port(self._reply) for module in server.rig.modules]
+
+    def connect(self, name: str, send: SendFrame) -> BusPeer:
+        """A further client."""
+        self.clients.append(node := _Node(self, name, send))
+        return node
+
+    def _reply(self, identifier: int, data: bytes) -> None:
+        for client in self.clients:
+            client.deliver(identifier, data)
+
+
+class _Node:
+    """One client on the bus."""
+
+    def __init__(self, bus: _Bus, name: str, send: SendFrame) -> None:
+        self._bus = bus
+        self._log = bus.server.log and bus.server.log.line(name)
+        self._send = send
+
+    def receive(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
+        """Take a frame from the client; modules with another bit rate do not understand it."""
+        server = self._bus.server
+        server.catch_up()
+        if self._log is not None:
+            self._log.add_frame(server.rig.now, ">", identifier, data)
+        for client in self._bus.clients:
+            if client is not self:
+                client.deliver(identifier, data)
+        for port in self._bus.ports:
+            if bit_rate in {None, port.bit_rate}:
+                port.receive(identifier, data)
+        server.settle()
+
+    def disconnect(self) -> None:
+        """The client leaves the bus."""
+        self._bus.clients.remove(self)
+
+    def deliver(self, identifier: int, data: bytes) -> None:
+        """Hand the client a frame of somebody else."""
+        if self._log is not None:
+            self._log.add_frame(self._bus.server.rig.now, "<", identifier, data)
+        self._send(identifier, data)

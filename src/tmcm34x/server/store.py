@@ -31,6 +31,13 @@ class Store:
         """Whether the EEPROM holds something that no image has, and none is on its way."""
         return self._task is None and self._eeprom.revision != self._saved
 
+    def save_now(self) -> None:
+        """Write the image unless the file holds it already.  Raises `EepromFileError`."""
+        image = self._eeprom.to_bytes()
+        if image != self._file.load():
+            self._file.save(image)
+        self._saved = self._eeprom.revision
+
     def save_soon(self) -> None:
         """Write the image in a moment, beside the event loop: disks are slow."""
         self._task = asyncio.get_running_loop().create_task(self._save_later())

@@ -9,7 +9,14 @@ from __future__ import annotations
 from typing import Final, TextIO
 
 from tmcm34x import clock
-from tmcm34x.tmcl.datagram import SIZE, unpack_reply, unpack_request
+from tmcm34x.tmcl.datagram import (
+    SIZE,
+    Reply,
+    unpack_can_reply,
+    unpack_can_request,
+    unpack_reply,
+    unpack_request,
+)
 from tmcm34x.tmcl.mnemonic import format_instruction
 from tmcm34x.tmcl.status import STATUS_TEXTS
 
@@ -60,6 +67,12 @@ class LineLog:
             del partial[:SIZE]
             self._write(now, direction, telegram, _explain(direction, telegram))
 
+    def add_frame(self, now: int, direction: str, identifier: int, data: bytes) -> None:
+        """Take a CAN frame."""
+        self._log.write(
+            now, f"{self._name} {identifier:03x}", direction, data, _explain_frame(direction, data)
+        )
+
     def _write(self, now: int, direction: str, data: bytes, meaning: str) -> None:
         self._log.write(now, self._name, direction, data, meaning)
 
@@ -72,5 +85,18 @@ def _explain(direction: str, telegram: bytes) -> str:
         reply = unpack_reply(telegram)
     except ValueError:
         return "no telegram"
+    return _explain_reply(reply)
+
+
+def _explain_frame(direction: str, data: bytes) -> str:
+    try:
+        if direction == ">":
+            return format_instruction(unpack_can_request(data))
+        return _explain_reply(unpack_can_reply(data))
+    except ValueError:
+        return "no telegram"
+
+
+def _explain_reply(reply: Reply) -> str:
     text = STATUS_TEXTS.get(reply.status, "unknown status")
     return f"from {reply.address}: {reply.status} {text}, value {reply.value}"
