@@ -192,7 +192,7 @@ def test_a_foreign_or_torn_image_is_refused_and_left_alone(tmp_path, content, re
 def test_an_image_of_another_model_is_refused(tmp_path):
     path = tmp_path / "memory"
     path.write_bytes(Eeprom(342).to_bytes())
-    assert refused("--eeprom", path) == f"{path}: EEPROM image of a TMCM-342, not a TMCM-343"
+    assert refused("--eeprom", path) == "EEPROM image is of a TMCM-342, not of a TMCM-343"
 
 
 def test_an_image_in_use_is_refused(serve, tmp_path):
@@ -316,3 +316,38 @@ def test_a_program_with_mistakes_is_not_served(tmp_path):
     )
     assert result.returncode == 1
     assert "program.tmc:1:" in result.stderr
+
+
+def test_the_modules_of_a_bench_have_memories_of_their_own(serve, tmp_path):
+    bench = Path(__file__).parents[2] / "examples" / "benches" / "rs485.toml"
+    one, two = tmp_path / "one", tmp_path / "two"
+    served = serve("--tcp", 0, "--bench", bench, "--eeprom", one, "--eeprom", two)
+    with Socket(served.tcp) as client:
+        client.ask(9, 68, 0, 2222, address=2)
+    served.stop()
+    memories = [Eeprom.from_bytes(path.read_bytes()) for path in (one, two)]
+    assert [memory.model for memory in memories] == [341, 342]
+    assert [memory.global_values[66] for memory in memories] == [1, 2]
+    assert [memory.global_values[68] for memory in memories] == [0, 2222]
+
+
+def test_what_a_bench_file_says_cannot_be_said_again(tmp_path):
+    bench = tmp_path / "bench.toml"
+    bench.write_text("[[module]]\nmodel = 341\n")
+    assert refused("--bench", bench, "--model", 342) == "--model is for the bench file to say"
+    assert "2 EEPROM files for 1 modules" in refused(
+        "--bench", bench, "--eeprom", tmp_path / "a", "--eeprom", tmp_path / "b"
+    )
+
+
+@pytest.mark.parametrize("text", ["[[module]]\nmodel = 340\n", "nonsense", "[[module]]\nfriend = 1\n", None])
+def test_a_bench_file_with_mistakes_is_refused_in_one_line(tmp_path, text):
+    bench = tmp_path / "bench.toml"
+    if text is not None:
+        bench.write_text(text)
+    assert refused("--bench", bench).startswith(f"{bench}: ")
+
+
+def test_a_can_bus_that_is_not_there_is_refused():
+    assert refused("--can", "socketcan:no-such-bus").startswith("cannot join socketcan:no-such-bus: ")
+    assert refused("--can", "socketcan").startswith("Invalid value for '--can'")

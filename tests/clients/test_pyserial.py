@@ -1,5 +1,7 @@
 """A bare serial port: the bytes themselves."""
 
+from pathlib import Path
+
 import pytest
 import serial
 
@@ -92,3 +94,33 @@ def test_a_client_that_leaves_within_a_telegram_does_no_harm(path, wait_for):
             return len(port.read(9)) == 9
 
         assert wait_for(answered)
+
+
+def test_at_another_bit_rate_a_strict_module_is_silent(serve):
+    """Manual 8.1, parameter 65: 9600 baud until it is changed; 7 is 115200."""
+    with serial.Serial(serve("--pty", "--strict-baud").pty, 115200, timeout=0.1) as port:
+        port.write(GAP_1)
+        assert port.read(9) == b""
+        port.baudrate = 9600
+        port.timeout = 2
+        assert ask(port, Instruction(9, 65, 0, 7)).status == 100
+        port.baudrate = 115200
+        assert ask(port, Instruction(10, 65, 0)).value == 7
+
+
+def test_with_any_address_all_telegrams_are_heard(serve):
+    with serial.Serial(serve("--pty", "--any-address").pty, timeout=2) as port:
+        assert ask(port, Instruction(10, 66, 0), address=77).status == 100
+
+
+def test_three_modules_share_one_line(serve):
+    """The bench file's three kinds of module, at addresses 1 to 3."""
+    bench = Path(__file__).parents[2] / "examples" / "benches" / "rs485.toml"
+    with serial.Serial(serve("--pty", "--bench", bench).pty, timeout=2) as port:
+        versions = []
+        for address in (3, 1, 2):
+            port.write(pack_request(address, Instruction(136)))
+            versions.append(port.read(9)[1:].decode())
+        assert versions == ["343V4.36", "341V4.36", "342V4.36"]
+        ask(port, Instruction(9, 5, 2, 50), address=2)
+        assert [ask(port, Instruction(10, 5, 2), address=n).value for n in (1, 2, 3)] == [0, 50, 0]

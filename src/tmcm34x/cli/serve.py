@@ -6,21 +6,22 @@ import asyncio
 import contextlib
 import signal
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 
 from tmcm34x import clock
-from tmcm34x.bench import simple_rig
+from tmcm34x.bench import BenchError, Rig, simple_rig
 from tmcm34x.cli import CliError
 from tmcm34x.firmware.storage import Eeprom, EepromError
-from tmcm34x.links import Link, LinkError
+from tmcm34x.links import CanLink, Link, LinkError
 from tmcm34x.links.pty import PtyLink
 from tmcm34x.links.tcp import TcpLink
 from tmcm34x.server import EepromFile, EepromFileError, Server, Store, TelegramLog
 from tmcm34x.tmcl.datagram import Instruction
-from tmcm34x.tmcl.global_parameters import BAUD_RATES
+from tmcm34x.tmcl.global_parameters import BAUD_RATES, CAN_BIT_RATES
 
 
 class _TcpAddress(click.ParamType[tuple[str, int]]):
@@ -37,20 +38,41 @@ class _TcpAddress(click.ParamType[tuple[str, int]]):
         return host.strip("[]") or "127.0.0.1", int(port)
 
 
-_ADDRESS = click.IntRange(0, 255)
+class _CanAddress(click.ParamType[tuple[str, str]]):
+    """`INTERFACE:CHANNEL`, as python-can names them."""
+
+    name = "INTERFACE:CHANNEL"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, str]:
+        interface, _, channel = value.partition(":")
+        if not interface or not channel:
+            self.fail(f"{value!r} is not INTERFACE:CHANNEL", param, ctx)
+        return interface, channel
+
+
+MODELS = ("341", "342", "343")
+_BYTE = click.IntRange(0, 255)
+_PATH = click.Path(path_type=Path)
 _EXAMPLES = """\b
 Examples:
   tmcm34x serve --pty /tmp/tmcm343 --tcp 17000
   tmcm34x serve --tcp 0 --model 341 --eeprom spare.eeprom --speed 10
+  tmcm34x serve --bench examples/benches/rs485.toml --pty --slcan
 """
 
 
 @click.command(epilog=_EXAMPLES)
+@click.option("--model", type=click.Choice(MODELS), default="343", show_default=True, help="Module type.")
+@click.option("--address", type=_BYTE, help="Serial address of the module, instead of the stored one.")
+@click.option("--host-address", type=_BYTE, help="Address in its replies, instead of the stored one.")
 @click.option(
-    "--model", type=click.Choice(["341", "342", "343"]), default="343", show_default=True, help="Module type."
+    "--bench",
+    type=_PATH,
+    metavar="FILE",
+    help="Bench of one or more modules with what hangs on them, instead of one module with bare motors.",
 )
-@click.option("--address", type=_ADDRESS, help="Serial address of the module, instead of the stored one.")
-@click.option("--host-address", type=_ADDRESS, help="Address in its replies, instead of the stored one.")
 @click.option(
     "--pty",
     "ptys",
@@ -73,18 +95,44 @@ Examples:
     "--baud", type=click.IntRange(1), default=BAUD_RATES[0], show_default=True, help="Its bits per second."
 )
 @click.option(
+    "--slcan",
+    "slcans",
+    multiple=True,
+    is_flag=False,
+    flag_value="",
+    metavar="[LINK]",
+    help="CAN adapter that speaks SLCAN on a pseudo terminal, with the modules on its bus; LINK as with --pty.",
+)
+@click.option(
+    "--can",
+    "buses",
+    multiple=True,
+    type=_CanAddress(),
+    metavar="INTERFACE:CHANNEL",
+    help="CAN bus that python-can knows, such as socketcan:can0, at the bit rate of the first module.",
+)
+@click.option("--any-address", is_flag=True, help="Take telegrams for any address, as a module on USB does.")
+@click.option(
+    "--strict-baud",
+    is_flag=True,
+    help="Hear a client on a pseudo terminal only at the bit rate of global parameter 65.",
+)
+@click.option(
     "--eeprom",
-    type=click.Path(dir_okay=False),
+    "eeproms",
+    multiple=True,
+    type=_PATH,
     metavar="FILE",
-    help="Image of the non-volatile memory; created when missing. Without it, memory lasts as long as the process.",
+    help="Image of the non-volatile memory; created when missing. Without it, memory lasts as long as the process. "
+    "With --bench: once for each module, in order.",
 )
 @click.option(
     "--program",
-    type=click.Path(path_type=Path),
+    type=_PATH,
     metavar="FILE",
-    help="TMCL program (source or .bin) to store in the program memory.",
+    help="TMCL program, source or image, to store in the program memory of the (first) module.",
 )
-@click.option("--run", is_flag=True, help="Start the stored program.")
+@click.option("--run", is_flag=True, help="Start the program in its program memory.")
 @click.option(
     "--instruction-time",
     type=click.FloatRange(0, 1e6, min_open=True),
@@ -107,31 +155,26 @@ Examples:
     metavar="FILE",
     help="Write down every telegram with its time and meaning; - is the terminal.",
 )
-def command(**options: Any) -> int:
-    """Serve a virtual module on serial ports and sockets.
+@click.pass_context
+def command(context: click.Context, **options: Any) -> int:
+    """Serve virtual modules on serial ports, sockets and CAN.
 
     Prints one line for each link when it can be used, such as `ready pty /dev/pts/5`, and serves until it is
     interrupted.  Without a link, opens a pseudo terminal.
     """
-    links = _make_links(options)
-    model = int(options["model"])
     program = None if options["program"] is None else _read_program(options["program"])
     with contextlib.ExitStack() as stack:
         log = _open_log(options["log_telegrams"], stack)
-        eeprom, stores = _open_eeprom(options["eeprom"], model, stack)
-        if program is not None:
-            eeprom.write_program(program)
-        rig = simple_rig(
-            model,
-            eeprom,
-            seed=options["seed"],
-            address=options["address"],
-            host_address=options["host_address"],
-            instruction_clocks=max(1, round(options["instruction_time"] * 1e-6 * clock.HZ)),
+        rig, stores = _build(context, options, program, stack)
+        server = Server(
+            rig,
+            speed=options["speed"],
+            stores=stores,
+            log=log,
+            any_address=options["any_address"],
+            strict_baud=options["strict_baud"],
         )
-        if options["run"]:
-            rig.modules[0].program.run(0)
-        return asyncio.run(_serve(Server(rig, speed=options["speed"], stores=stores, log=log), links))
+        return asyncio.run(_serve(server, _make_links(options), _make_can_links(options, rig)))
 
 
 def _make_links(options: dict[str, Any]) -> list[Link]:
@@ -141,7 +184,70 @@ def _make_links(options: dict[str, Any]) -> list[Link]:
         from tmcm34x.links.serial import SerialLink
 
         links += [SerialLink(device, options["baud"]) for device in options["serials"]]
-    return links or [PtyLink()]
+    return links if links or options["slcans"] or options["buses"] else [PtyLink()]
+
+
+def _make_can_links(options: dict[str, Any], rig: Rig) -> list[CanLink]:
+    from tmcm34x.links.can import CanBusLink
+    from tmcm34x.links.slcan import SlcanLink
+
+    bit_rate = CAN_BIT_RATES[rig.modules[0].eeprom.global_values[69]]
+    return [
+        *(SlcanLink(link or None, lambda: rig.now // clock.MS) for link in options["slcans"]),
+        *(CanBusLink(interface, channel, bit_rate) for interface, channel in options["buses"]),
+    ]
+
+
+def _build(
+    context: click.Context,
+    options: dict[str, Any],
+    program: Sequence[Instruction] | None,
+    stack: contextlib.ExitStack,
+) -> tuple[Rig, list[Store]]:
+    """The modules with their memories, and what keeps these in files."""
+    files = [_open_eeprom(path, stack) for path in options["eeproms"]]
+    eeproms = [eeprom for _, eeprom in files]
+    try:
+        rig = _load_bench(context, options, eeproms) if options["bench"] else _build_module(options, eeproms)
+    except (EepromError, BenchError) as error:
+        raise CliError(str(error)) from error
+    if len(files) > len(rig.modules):
+        raise CliError(f"{len(files)} EEPROM files for {len(rig.modules)} modules")
+    module = rig.modules[0]
+    if program is not None:
+        module.eeprom.write_program(program)
+        module.reset()
+    if options["run"]:
+        module.program.run(0)
+    stores = [
+        Store(module.eeprom, file, _report) for module, (file, _) in zip(rig.modules, files, strict=False)
+    ]
+    try:
+        for store in stores:
+            store.save_now()
+    except EepromFileError as error:
+        raise CliError(str(error)) from error
+    return rig, stores
+
+
+def _build_module(options: dict[str, Any], eeproms: list[Eeprom | None]) -> Rig:
+    return simple_rig(
+        int(options["model"]),
+        eeproms[0] if eeproms else None,
+        seed=options["seed"],
+        address=options["address"],
+        host_address=options["host_address"],
+        instruction_clocks=max(1, clock.clocks(options["instruction_time"] * 1e-6)),
+    )
+
+
+def _load_bench(context: click.Context, options: dict[str, Any], eeproms: list[Eeprom | None]) -> Rig:
+    from tmcm34x.bench import load
+
+    for name in ("model", "address", "host_address", "instruction_time", "seed"):
+        if context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE:
+            raise click.UsageError(f"--{name.replace('_', '-')} is for the bench file to say")
+    return load(options["bench"], eeproms)
 
 
 def _read_program(path: Path) -> tuple[Instruction, ...]:
@@ -157,24 +263,17 @@ def _read_program(path: Path) -> tuple[Instruction, ...]:
     return assembly.program
 
 
-def _open_eeprom(path: str | None, model: int, stack: contextlib.ExitStack) -> tuple[Eeprom, list[Store]]:
-    """The memory, and what keeps it in its file if it has one; a new image is written at once."""
-    if path is None:
-        return Eeprom(model), []
+def _open_eeprom(path: Path, stack: contextlib.ExitStack) -> tuple[EepromFile, Eeprom | None]:
+    """An image file and the memory in it, if there is one yet."""
     try:
         file = EepromFile(path)
         stack.callback(file.close)
         image = file.load()
-        eeprom = Eeprom(model) if image is None else Eeprom.from_bytes(image)
-        if image is None:
-            file.save(eeprom.to_bytes())
+        return file, None if image is None else Eeprom.from_bytes(image)
     except EepromFileError as error:
         raise CliError(str(error)) from error
     except EepromError as error:
         raise CliError(f"{path}: {error}") from error
-    if eeprom.model != model:
-        raise CliError(f"{path}: EEPROM image of a TMCM-{eeprom.model}, not a TMCM-{model}")
-    return eeprom, [Store(eeprom, file, _report)]
 
 
 def _open_log(path: str | None, stack: contextlib.ExitStack) -> TelegramLog | None:
@@ -192,7 +291,7 @@ def _report(line: str) -> None:
     click.echo(f"tmcm34x serve: {line}", err=True)
 
 
-async def _serve(server: Server, links: list[Link]) -> int:
+async def _serve(server: Server, links: list[Link], can_links: list[CanLink]) -> int:
     loop = asyncio.get_running_loop()
     stopped: asyncio.Future[None] = loop.create_future()
 
@@ -209,6 +308,9 @@ async def _serve(server: Server, links: list[Link]) -> int:
     try:
         for link in links:
             address = await server.open(link)
+            click.echo(f"ready {link.kind} {address}")
+        for link in can_links:
+            address = await server.open_can(link)
             click.echo(f"ready {link.kind} {address}")
         await stopped
     except LinkError as error:
