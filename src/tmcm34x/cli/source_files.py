@@ -60,6 +60,14 @@ def read_source(path: Path) -> str:
     return decode(read_bytes(path))
 
 
+def read_text(name: str) -> str:
+    """The text of an included file; an `OSError` where there is none, for the tool chain to report."""
+    path = Path(name)
+    if path.stat().st_size > _SOURCE_LIMIT:
+        raise OSError(0, f"larger than {_SOURCE_LIMIT >> 20} MB")
+    return decode(path.read_bytes())
+
+
 def read_image(path: Path) -> tuple[Instruction, ...]:
     """The program in a binary image, or in an Intel HEX file by its suffix."""
     data = read_bytes(path)
@@ -82,9 +90,7 @@ def include_reader(include_path: Sequence[Path] = ()) -> IncludeReader:
         for folder in (Path(from_file).parent, *include_path):
             path = folder / name
             if path.is_file():
-                if path.stat().st_size > _SOURCE_LIMIT:
-                    raise OSError(0, f"larger than {_SOURCE_LIMIT >> 20} MB")
-                return _short(path), decode(path.read_bytes())
+                return _short(path), read_text(str(path))
         raise FileNotFoundError(2, "no such file here or on the include path")
 
     return read

@@ -127,13 +127,15 @@ def assemble(
     include: IncludeReader = no_includes,
     *,
     append_stop: bool = False,
+    parse: Callable[[str], Line] = parse_line,
 ) -> Assembly:
     """The program in `text`.
 
     file_name: how diagnostics and the source map call it; the `include` function gets it too
     append_stop: puts a STOP at the end unless the last instruction is one
+    parse: `parse_line`, or one that remembers the lines it has seen
     """
-    return _Assembler(include).run(text, file_name, append_stop)
+    return _Assembler(include, parse).run(text, file_name, append_stop)
 
 
 class _Shape(NamedTuple):
@@ -160,8 +162,9 @@ _Pending = tuple[Command | Data, str, int, Line]
 
 
 class _Assembler:
-    def __init__(self, include: IncludeReader) -> None:
+    def __init__(self, include: IncludeReader, parse: Callable[[str], Line]) -> None:
         self.include = include
+        self.parse = parse
         self.diagnostics: list[Diagnostic] = []
         self.symbols: dict[str, Symbol] = {}
         self.pending: list[_Pending] = []
@@ -179,7 +182,7 @@ class _Assembler:
         if append_stop and not (code and code[-1].row is _STOP):
             code.append(
                 Code(
-                    _STOP, Instruction(_STOP.number), file_name, len(self.sources[file_name]), parse_line("")
+                    _STOP, Instruction(_STOP.number), file_name, len(self.sources[file_name]), self.parse("")
                 )
             )
         if len(code) > PROGRAM_SIZE:
@@ -201,7 +204,7 @@ class _Assembler:
 
     def walk(self, file_name: str, text: str) -> None:
         self.sources[file_name] = texts = split_lines(text)
-        self.lines[file_name] = lines = list(map(parse_line, texts))
+        self.lines[file_name] = lines = list(map(self.parse, texts))
         pending = self.pending
         self.open_files.append(file_name)
         self.file = file_name

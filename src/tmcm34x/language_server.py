@@ -1,0 +1,527 @@
+"""The language server: `toolchain.analysis` over the Language Server Protocol.
+
+Thin on purpose: each method asks the analysis and turns characters into the client's units and back.  One
+`TmclServer` is one session with one client; `serve_stdio`, `serve_tcp` and `serve_messages` bring the messages,
+the last one for servers that have a connection of their own, such as the browser IDE.
+
+Options, from `initializationOptions` and from the section `tmcl` of the configuration: `model` (341, 342, 343),
+`includePath` (folders), `hints` (some of address, parameter, value).
+
+Leaves out: incremental text changes.  Whole texts are exact for every kind of line end, and small.
+
+Source: Language Server Protocol 3.17.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import re
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Sequence
+from functools import partial
+from typing import Any, Final, cast
+
+from lsprotocol import types
+from pygls import uris
+from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
+from pygls.lsp.server import LanguageServer
+
+from tmcm34x import __version__
+from tmcm34x.toolchain.analysis import TOKEN_TYPES, Analysis, Completion, HintKind, Place
+from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Location
+from tmcm34x.toolchain.workspace import ReadFile, Workspace
+
+SEVERITIES: Final = {
+    "error": types.DiagnosticSeverity.Error,
+    "warning": types.DiagnosticSeverity.Warning,
+    "information": types.DiagnosticSeverity.Information,
+}
+COMPLETION_KINDS: Final = {
+    "command": types.CompletionItemKind.Keyword,
+    "word": types.CompletionItemKind.EnumMember,
+    "constant": types.CompletionItemKind.Constant,
+    "label": types.CompletionItemKind.Reference,
+    "function": types.CompletionItemKind.Function,
+    "parameter": types.CompletionItemKind.Property,
+    "number": types.CompletionItemKind.Value,
+    "directive": types.CompletionItemKind.Module,
+}
+FOLD_KINDS: Final = {
+    "comment": types.FoldingRangeKind.Comment,
+    "imports": types.FoldingRangeKind.Imports,
+    "region": types.FoldingRangeKind.Region,
+}
+LEGEND: Final = types.SemanticTokensLegend(list(TOKEN_TYPES), ["definition"])
+_TYPE_INDEX: Final = {name: index for index, name in enumerate(TOKEN_TYPES)}
+_HINTS: Final[frozenset[HintKind]] = frozenset({"address", "parameter", "value"})
+_PAUSE_S: Final = 0.01
+"""Changes that come closer together are judged once."""
+_MOST_DIAGNOSTICS: Final = 500
+"""Of a file; rubbish pasted into an editor has no use for more."""
+_LARGEST_MESSAGE: Final = 64 * 1024 * 1024
+
+
+class TmclServer(LanguageServer):
+    """One session with an editor.
+
+    read: gives the text of included files that are not open, by path
+    """
+
+    def __init__(self, read: ReadFile, include_path: Sequence[str] = (), model: int = 343) -> None:
+        super().__init__(  # pyright: ignore[reportUnknownMemberType]
+            "tmcm34x", __version__, text_document_sync_kind=types.TextDocumentSyncKind.Full
+        )
+        self.programs = Workspace(read, include_path, model)
+        self.hints: frozenset[HintKind] = _HINTS
+        self._changed: set[str] = set()
+        self._timer: asyncio.TimerHandle | None = None
+        features: tuple[tuple[str, Callable[[Any], Any], object], ...] = (
+            (types.INITIALIZE, self._initialize, None),
+            (types.WORKSPACE_DID_CHANGE_CONFIGURATION, self._configure, None),
+            (types.WORKSPACE_DID_CHANGE_WATCHED_FILES, self._files_changed, None),
+            (types.TEXT_DOCUMENT_DID_OPEN, self._open, None),
+            (types.TEXT_DOCUMENT_DID_CHANGE, self._change, None),
+            (types.TEXT_DOCUMENT_DID_SAVE, self._save, None),
+            (types.TEXT_DOCUMENT_DID_CLOSE, self._close, None),
+            (types.TEXT_DOCUMENT_HOVER, self._hover, None),
+            (types.TEXT_DOCUMENT_COMPLETION, self._complete,
+             types.CompletionOptions(trigger_characters=[",", " ", "$", "#"])),
+            (types.TEXT_DOCUMENT_SIGNATURE_HELP, self._signature,
+             types.SignatureHelpOptions(trigger_characters=[" ", ","])),
+            (types.TEXT_DOCUMENT_DEFINITION, self._definition, None),
+            (types.TEXT_DOCUMENT_REFERENCES, self._references, None),
+            (types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT, self._highlights, None),
+            (types.TEXT_DOCUMENT_PREPARE_RENAME, self._prepare_rename, None),
+            (types.TEXT_DOCUMENT_RENAME, self._rename, types.RenameOptions(prepare_provider=True)),
+            (types.TEXT_DOCUMENT_DOCUMENT_SYMBOL, self._symbols, None),
+            (types.TEXT_DOCUMENT_FOLDING_RANGE, self._folds, None),
+            (types.TEXT_DOCUMENT_FORMATTING, self._format, None),
+            (types.TEXT_DOCUMENT_CODE_ACTION, self._actions,
+             types.CodeActionOptions(code_action_kinds=[types.CodeActionKind.QuickFix])),
+            (types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, self._colours, LEGEND),
+            (types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE, self._colours, LEGEND),
+            (types.TEXT_DOCUMENT_INLAY_HINT, self._inlay_hints, None),
+        )  # fmt: skip
+        for name, handler, options in features:
+            # pygls marks its handlers, which a bound method does not allow.
+            self.feature(name, options)(partial(handler))
+
+    # Options
+
+    def _initialize(self, params: types.InitializeParams) -> None:
+        self._take_options(params.initialization_options)
+
+    def _configure(self, params: types.DidChangeConfigurationParams) -> None:
+        settings = _mapping(params.settings)
+        self._take_options(settings.get("tmcl", settings))
+        self._judge_all()
+
+    def _take_options(self, options: object) -> None:
+        values = _mapping(options)
+        model = values.get("model")
+        if model in (341, 342, 343):
+            self.programs.set_model(cast("int", model))
+        folders = values.get("includePath")
+        if isinstance(folders, list):
+            self.programs.include_path = [str(folder) for folder in cast("list[object]", folders)]
+            self.programs.refresh()
+        hints = values.get("hints")
+        if isinstance(hints, list):
+            wanted = cast("list[object]", hints)
+            self.hints = frozenset(kind for kind in _HINTS if kind in wanted)
+
+    # Texts
+
+    def _open(self, params: types.DidOpenTextDocumentParams) -> None:
+        self._put(params.text_document.uri, params.text_document.text)
+
+    def _change(self, params: types.DidChangeTextDocumentParams) -> None:
+        if params.content_changes:
+            self._put(params.text_document.uri, params.content_changes[-1].text)
+
+    def _save(self, _params: types.DidSaveTextDocumentParams) -> None:
+        self.programs.refresh()
+        self._judge_all()
+
+    def _files_changed(self, _params: types.DidChangeWatchedFilesParams) -> None:
+        self.programs.refresh()
+        self._judge_all()
+
+    def _close(self, params: types.DidCloseTextDocumentParams) -> None:
+        name = name_of(params.text_document.uri)
+        others = [other for other in self.programs.together(name) if other != name]
+        self.programs.close(name)
+        self._changed.discard(name)
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(params.text_document.uri, []))
+        self._judge(others)
+
+    def _put(self, uri: str, text: str) -> None:
+        self.programs.put(name_of(uri), text)
+        self._judge((name_of(uri),))
+
+    def _judge_all(self) -> None:
+        self._judge(self.programs.texts)
+
+    def _judge(self, names: Iterable[str]) -> None:
+        """Publishes what is found in some files, and in those that belong together with them, in a moment."""
+        self._changed.update(names)
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = asyncio.get_running_loop().call_later(_PAUSE_S, self._publish)
+
+    def _publish(self) -> None:
+        changed, self._changed = self._changed, set()
+        names = {other for name in changed for other in (name, *self.programs.together(name))}
+        for name in sorted(names & self.programs.texts.keys()):
+            analysis = self.programs.analysis(name)
+            found = analysis.diagnostics(name)[:_MOST_DIAGNOSTICS]
+            self.text_document_publish_diagnostics(
+                types.PublishDiagnosticsParams(
+                    uri_of(name), [self._diagnostic(analysis, item) for item in found]
+                )
+            )
+
+    # Questions
+
+    def _hover(self, params: types.HoverParams) -> types.Hover | None:
+        analysis, place = self._place(params)
+        hover = analysis.hover(place)
+        if hover is None:
+            return None
+        return types.Hover(_markdown(hover.text), self._range(analysis, hover.location))
+
+    def _complete(self, params: types.CompletionParams) -> types.CompletionList:
+        analysis, place = self._place(params)
+        word = _WORD.search(analysis.text(place.file, place.line)[: place.column])
+        start = word.start() if word is not None else place.column
+        written = self._range(analysis, Location(place.file, place.line + 1, start + 1, place.column + 1))
+        items = [_completion(item, n, written) for n, item in enumerate(analysis.completions(place))]
+        return types.CompletionList(is_incomplete=False, items=items)
+
+    def _signature(self, params: types.SignatureHelpParams) -> types.SignatureHelp | None:
+        analysis, place = self._place(params)
+        signature = analysis.signature(place)
+        if signature is None:
+            return None
+        parameters = [types.ParameterInformation(label, document) for label, document in signature.parameters]
+        information = types.SignatureInformation(signature.label, signature.documentation, parameters)
+        return types.SignatureHelp([information], 0, signature.active)
+
+    def _definition(self, params: types.DefinitionParams) -> types.Location | None:
+        analysis, place = self._place(params)
+        location = analysis.definition(place)
+        return self._location(analysis, location) if location is not None else None
+
+    def _references(self, params: types.ReferenceParams) -> list[types.Location]:
+        analysis, place = self._place(params)
+        found = analysis.references(place, definition=params.context.include_declaration)
+        return [self._location(analysis, location) for location in found]
+
+    def _highlights(self, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
+        analysis, place = self._place(params)
+        found = analysis.references(place)
+        here = (location for location in found if location.file == place.file)
+        return [types.DocumentHighlight(self._range(analysis, location)) for location in here]
+
+    def _prepare_rename(self, params: types.PrepareRenameParams) -> types.Range | None:
+        analysis, place = self._place(params)
+        found = analysis.symbol_at(place)
+        return self._range(analysis, found[1]) if found is not None else None
+
+    def _rename(self, params: types.RenameParams) -> types.WorkspaceEdit:
+        analysis, place = self._place(params)
+        try:
+            edits = analysis.rename(place, params.new_name)
+        except ValueError as error:
+            raise JsonRpcInvalidParams(str(error)) from error
+        return self._workspace_edit(analysis, edits)
+
+    def _symbols(self, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
+        analysis, name = self._document(params)
+        symbols: list[types.DocumentSymbol] = []
+        for entry in analysis.outline(name):
+            symbol, place = entry.symbol, entry.symbol.definition
+            end = len(analysis.text(name, entry.last_line - 1))
+            whole = types.Range(
+                self._position(analysis, name, place.line - 1, place.column - 1),
+                self._position(analysis, name, entry.last_line - 1, end),
+            )
+            if symbol.kind == "constant":
+                kind, detail = types.SymbolKind.Constant, f"= {symbol.value:.15g}"
+            else:
+                kind = types.SymbolKind.Function if entry.is_subroutine else types.SymbolKind.Key
+                detail = f"address {symbol.value:g}"
+            symbols.append(
+                types.DocumentSymbol(symbol.name, kind, whole, self._range(analysis, place), detail)
+            )
+        return symbols
+
+    def _folds(self, params: types.FoldingRangeParams) -> list[types.FoldingRange]:
+        analysis, name = self._document(params)
+        return [types.FoldingRange(f.first, f.last, kind=FOLD_KINDS[f.kind]) for f in analysis.folds(name)]
+
+    def _format(self, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
+        analysis, name = self._document(params)
+        return [self._edit(analysis, edit) for edit in analysis.format_edits(name)]
+
+    def _actions(self, params: types.CodeActionParams) -> list[types.CodeAction]:
+        analysis, name = self._document(params)
+        found = analysis.actions(name, params.range.start.line, params.range.end.line)
+        return [
+            types.CodeAction(
+                action.title,
+                kind=types.CodeActionKind.QuickFix,
+                diagnostics=[self._diagnostic(analysis, action.diagnostic)],
+                is_preferred=action.preferred,
+                edit=self._workspace_edit(analysis, action.edits),
+            )
+            for action in found
+        ]
+
+    def _colours(
+        self, params: types.SemanticTokensParams | types.SemanticTokensRangeParams
+    ) -> types.SemanticTokens:
+        analysis, name = self._document(params)
+        lines = (0, 2**31)
+        if isinstance(params, types.SemanticTokensRangeParams):
+            lines = (params.range.start.line, params.range.end.line)
+        data: list[int] = []
+        last_line = last_start = 0
+        for word in analysis.colours(name, *lines):
+            text = analysis.text(name, word.line)
+            start = self._units(text, word.start)
+            length = self._units(text, word.start + word.length) - start
+            if word.line != last_line:
+                last_start = 0
+            data += (
+                word.line - last_line,
+                start - last_start,
+                length,
+                _TYPE_INDEX[word.type],
+                int(word.definition),
+            )
+            last_line, last_start = word.line, start
+        return types.SemanticTokens(data)
+
+    def _inlay_hints(self, params: types.InlayHintParams) -> list[types.InlayHint]:
+        analysis, name = self._document(params)
+        hints: list[types.InlayHint] = []
+        for hint in analysis.hints(name, params.range.start.line, params.range.end.line):
+            if hint.kind in self.hints:
+                at = self._position(analysis, name, hint.line, hint.column)
+                address = hint.kind == "address"
+                kind = types.InlayHintKind.Type if hint.kind == "value" else types.InlayHintKind.Parameter
+                hints.append(
+                    types.InlayHint(at, hint.text, kind, padding_left=not address, padding_right=address)
+                )
+        return hints
+
+    # From and to the client's units
+
+    def _document(self, params: Any) -> tuple[Analysis, str]:
+        name = name_of(params.text_document.uri)
+        if name not in self.programs.texts:
+            raise JsonRpcInvalidParams(f"not open: {params.text_document.uri}")
+        return self.programs.analysis(name), name
+
+    def _place(self, params: Any) -> tuple[Analysis, Place]:
+        analysis, name = self._document(params)
+        line, units = params.position.line, params.position.character
+        text = analysis.text(name, line)
+        return analysis, Place(name, line, self._column(text, units))
+
+    def _column(self, text: str, units: int) -> int:
+        """The characters of `text` that make so many of the client's units."""
+        if text.isascii():
+            return min(units, len(text))
+        passed = 0
+        for column, character in enumerate(text):
+            if passed >= units:
+                return column
+            passed += self._units(character, 1)
+        return len(text)
+
+    def _units(self, text: str, column: int) -> int:
+        """The characters before `column` in the units that the client counts in."""
+        encoding = self.workspace.position_encoding
+        if encoding == types.PositionEncodingKind.Utf32 or text.isascii():
+            return column
+        if encoding == types.PositionEncodingKind.Utf8:
+            return len(text[:column].encode("utf-8", "surrogatepass"))
+        return column + sum(character > "\uffff" for character in text[:column])
+
+    def _position(self, analysis: Analysis, name: str, line: int, column: int) -> types.Position:
+        return types.Position(line, self._units(analysis.text(name, line), column))
+
+    def _range(self, analysis: Analysis, location: Location) -> types.Range:
+        name, line = location.file, location.line - 1
+        return types.Range(
+            self._position(analysis, name, line, location.column - 1),
+            self._position(analysis, name, line, location.end - 1),
+        )
+
+    def _location(self, analysis: Analysis, location: Location) -> types.Location:
+        return types.Location(uri_of(location.file), self._range(analysis, location))
+
+    def _edit(self, analysis: Analysis, edit: Edit) -> types.TextEdit:
+        return types.TextEdit(self._range(analysis, edit.location), edit.text)
+
+    def _workspace_edit(self, analysis: Analysis, edits: Iterable[Edit]) -> types.WorkspaceEdit:
+        changes: dict[str, list[types.TextEdit]] = {}
+        for edit in edits:
+            changes.setdefault(uri_of(edit.location.file), []).append(self._edit(analysis, edit))
+        return types.WorkspaceEdit(cast("dict[str, Sequence[types.TextEdit]]", changes))
+
+    def _diagnostic(self, analysis: Analysis, item: Diagnostic) -> types.Diagnostic:
+        tags = [types.DiagnosticTag.Unnecessary] if item.code in ("W101", "W401") else None
+        return types.Diagnostic(
+            self._range(analysis, item.location), item.text, SEVERITIES[item.severity], item.code,
+            source="tmcl", tags=tags,
+        )  # fmt: skip
+
+
+_WORD: Final = re.compile(r"[#$%]?\w*\Z", re.ASCII)
+
+
+def name_of(uri: str) -> str:
+    """The name by which the tool chain knows a document: the path of a file, else the URI itself."""
+    return (uris.to_fs_path(uri) or uri) if uri.startswith("file:") else uri
+
+
+def uri_of(name: str) -> str:
+    """The URI of a document that `name_of` named."""
+    return (uris.from_fs_path(name) or name) if name.startswith("/") else name
+
+
+def _markdown(text: str) -> types.MarkupContent:
+    return types.MarkupContent(types.MarkupKind.Markdown, text)
+
+
+def _completion(item: Completion, number: int, place: types.Range) -> types.CompletionItem:
+    return types.CompletionItem(
+        item.label,
+        kind=COMPLETION_KINDS[item.kind],
+        detail=item.detail or None,
+        documentation=_markdown(item.documentation) if item.documentation else None,
+        sort_text=f"{number:04}",
+        filter_text=item.filter or None,
+        text_edit=types.TextEdit(place, item.insert),
+    )
+
+
+def _mapping(value: object) -> dict[str, object]:
+    """Options as a client sends them; anything else than an object counts as none."""
+    return cast("dict[str, object]", value) if isinstance(value, dict) else {}
+
+
+# Sessions
+
+
+class _Writer:
+    """What pygls writes to: whole messages without a header, in order."""
+
+    def __init__(self) -> None:
+        self.messages: asyncio.Queue[str | None] = asyncio.Queue()
+
+    def write(self, data: bytes) -> None:
+        self.messages.put_nowait(data.decode())
+
+    def close(self) -> None:
+        self.messages.put_nowait(None)
+
+
+async def serve_messages(
+    received: AsyncIterator[str | bytes],
+    send: Callable[[str], Awaitable[object]],
+    read: ReadFile,
+    include_path: Sequence[str] = (),
+    model: int = 343,
+) -> None:
+    """One session over any connection that carries JSON-RPC texts; ends with `received` or at `exit`.
+
+    received: the client's messages, one text each
+    send: sends one message to the client
+    """
+    server = TmclServer(read, include_path, model)
+    writer = _Writer()
+    server.protocol.set_writer(writer, include_headers=False)
+
+    async def pump() -> None:
+        while (message := await writer.messages.get()) is not None:
+            await send(message)
+
+    pumping = asyncio.create_task(pump())
+    try:
+        async for text in received:
+            if not _handle(server, writer, text):
+                break
+    finally:
+        writer.close()
+        with contextlib.suppress(ConnectionError):
+            await pumping
+        server.shutdown()
+
+
+def _handle(server: TmclServer, writer: _Writer, text: str | bytes) -> bool:
+    """Gives one message to the server; tells whether the session goes on."""
+    protocol = server.protocol
+    try:
+        message = json.loads(text, object_hook=protocol.structure_message)
+    except (ValueError, RecursionError, JsonRpcException):
+        error = {"code": types.ErrorCodes.ParseError.value, "message": "not a message of the protocol"}
+        writer.write(json.dumps({"jsonrpc": "2.0", "id": None, "error": error}).encode())
+        return True
+    if getattr(message, "method", "") == types.EXIT:
+        return False
+    if hasattr(message, "jsonrpc"):
+        protocol.handle_message(message)
+    return True
+
+
+def serve_stdio(read: ReadFile, include_path: Sequence[str] = (), model: int = 343) -> None:
+    """One session over standard input and output; returns when it is over."""
+    TmclServer(read, include_path, model).start_io()
+
+
+async def serve_tcp(
+    host: str,
+    port: int,
+    read: ReadFile,
+    include_path: Sequence[str] = (),
+    model: int = 343,
+    *,
+    ready: Callable[[str, int], object] = lambda _host, _port: None,
+) -> None:
+    """Sessions with all clients that connect; `ready` is told the address, where port 0 picks one."""
+
+    async def session(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        async def send(text: str) -> None:
+            body = text.encode()
+            writer.write(b"Content-Length: %d\r\n\r\n%b" % (len(body), body))
+            await writer.drain()
+
+        try:
+            await serve_messages(_framed(reader), send, read, include_path, model)
+        finally:
+            writer.close()
+
+    server = await asyncio.start_server(session, host, port)
+    ready(*server.sockets[0].getsockname()[:2])
+    async with server:
+        await server.serve_forever()
+
+
+async def _framed(reader: asyncio.StreamReader) -> AsyncIterator[bytes]:
+    """The messages of a stream with headers; ends with the stream, and where it is none of ours."""
+    length = 0
+    with contextlib.suppress(asyncio.IncompleteReadError, ConnectionError, ValueError):
+        while line := await reader.readline():
+            name, _, value = line.partition(b":")
+            if name.lower() == b"content-length":
+                length = int(value)
+            elif not line.strip():
+                if not 0 < length <= _LARGEST_MESSAGE:
+                    return
+                yield await reader.readexactly(length)
+                length = 0

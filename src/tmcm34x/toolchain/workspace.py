@@ -1,0 +1,116 @@
+"""The open files of an editor, and the programs that they belong to.
+
+A file that another open file includes belongs to that program and is judged as a part of it, because alone it
+would be full of unknown names.  An open file stands before the one on disk, as in the TMCL-IDE.
+"""
+
+from __future__ import annotations
+
+import posixpath
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import Final
+
+from tmcm34x.toolchain.analysis import Analysis
+from tmcm34x.toolchain.assembler import assemble
+from tmcm34x.toolchain.linter import lint
+from tmcm34x.toolchain.parser import Line, parse_line
+
+ReadFile = Callable[[str], str]
+"""Returns the text of a file that is not open; raises `OSError` or `ValueError` where there is none."""
+
+_LONG_LINE: Final = 400
+_CACHED_LINES: Final = 8192
+
+_remembered = lru_cache(maxsize=_CACHED_LINES)(parse_line)
+
+
+def parse_again(text: str) -> Line:
+    """`parse_line` for texts that come again with one line changed."""
+    return _remembered(text) if len(text) < _LONG_LINE else parse_line(text)
+
+
+class Workspace:
+    """Open files by name, and the analyses of the programs that they are or belong to.
+
+    read: for included files that are not open
+    include_path: folders where those are looked for, after the folder of the including file
+    """
+
+    def __init__(self, read: ReadFile, include_path: Sequence[str] = (), model: int = 343) -> None:
+        self.read = read
+        self.include_path = list(include_path)
+        self.model = model
+        self.texts: dict[str, str] = {}
+        self._programs: dict[str, Analysis] = {}
+
+    def put(self, name: str, text: str) -> None:
+        """Opens a file, or gives it a new text."""
+        self.texts[name] = text
+        self._forget(name)
+
+    def close(self, name: str) -> None:
+        """From now on the file on disk counts again."""
+        self.texts.pop(name, None)
+        self._forget(name)
+
+    def set_model(self, model: int) -> None:
+        """The module that programs are for."""
+        if model != self.model:
+            self.model = model
+            self._programs.clear()
+
+    def refresh(self) -> None:
+        """Forgets everything read from disk."""
+        self._programs.clear()
+
+    def analysis(self, name: str) -> Analysis:
+        """The program that an open file is, or that it belongs to."""
+        for root in self.texts:
+            if root != name and name in self._program(root).assembly.sources:
+                return self._program(root)
+        return self._program(name)
+
+    def together(self, name: str) -> list[str]:
+        """The open files whose findings may change when `name` does: all of its programs."""
+        return [other for other in self.texts if name in self._program(other).assembly.sources] + [
+            other
+            for other in self._program(name).assembly.sources
+            if other in self.texts and name not in self._program(other).assembly.sources
+        ]
+
+    def _program(self, name: str) -> Analysis:
+        program = self._programs.get(name)
+        if program is None:
+            assembly = assemble(self.texts.get(name, ""), name, self._include, parse=parse_again)
+            program = self._programs[name] = Analysis(assembly, lint(assembly, model=self.model), self.model)
+        return program
+
+    def _forget(self, name: str) -> None:
+        """Drops the programs that `name` is part of, or might become part of."""
+        stale = [
+            root
+            for root, program in self._programs.items()
+            if root == name
+            or name in program.assembly.sources
+            or any(item.code == "E501" for item in program.assembly.diagnostics)
+        ]
+        for root in stale:
+            del self._programs[root]
+
+    def _include(self, name: str, including: str) -> tuple[str, str]:
+        name = name.replace("\\", "/")
+        places = [
+            posixpath.normpath(posixpath.join(folder, name))
+            for folder in (posixpath.dirname(including), *self.include_path)
+        ]
+        for place in places:
+            if place in self.texts:
+                return place, self.texts[place]
+        problem: Exception = FileNotFoundError(2, "no such file here or on the include path")
+        for place in places:
+            try:
+                return place, self.read(place)
+            except (OSError, ValueError) as error:
+                problem = error
+        raise problem
