@@ -278,5 +278,7 @@ def test_slicing_does_not_matter(commands, cuts):
                     rig.worlds[0].view()
             run_until(rig, end)
         run_ms(rig, 500)
+        assert -21.0 <= view(rig, 0).position <= 21.0
+        assert view(rig, 1).position >= -1.0
         seen.append((rig.worlds[0].view(), [say(rig, f"GAP {n}, 0") for n in (0, 1, 2, 3, 9, 10, 11)]))
     assert seen[0] == seen[1]
