@@ -55,7 +55,7 @@ FOLD_KINDS: Final = {
 LEGEND: Final = types.SemanticTokensLegend(list(TOKEN_TYPES), ["definition"])
 _TYPE_INDEX: Final = {name: index for index, name in enumerate(TOKEN_TYPES)}
 _HINTS: Final[frozenset[HintKind]] = frozenset({"address", "parameter", "value"})
-_PAUSE_S: Final = 0.01
+_PAUSE_S: Final = 0.005
 """Changes that come closer together are judged once."""
 _MOST_DIAGNOSTICS: Final = 500
 """Of a file; rubbish pasted into an editor has no use for more."""

@@ -1,1 +1,14 @@
-"""TODO."""
+"""From source text to instructions and back, with everything that an editor wants to know on the way.
+
+    from tmcm34x.toolchain.assembler import assemble
+    assembly = assemble("Loop: ROR 0, 500\\n JA Loop")
+    assembly.program        the instructions
+    assembly.source_map     where each of them stands in the source
+    assembly.diagnostics    what is wrong, all of it
+
+Pure: no files, no clock; included files come through a function of the caller's.  Nothing that a user writes
+raises an exception.
+
+Read in this order: `diagnostics`, `tokens`, `expressions`, `parser`, `assembler`; then `image`, `disassembler`,
+`formatter`, `listing`; `flow` and `linter`; `analysis` and `workspace` for editors, `reference` for the manual.
+"""

@@ -96,6 +96,7 @@ _TIMEOUT_TICKS: Final = 3000
 """The time-out that the fix for W201 proposes: 30 s."""
 
 _NUMBERS: Final = {row.mnemonic: row.number for row in COMMANDS}
+_SPARE: Final = {row.mnemonic: row.spare for row in COMMANDS}
 _WAIT_WORDS: Final = dict(BY_MNEMONIC["WAIT"].operands[0].words)
 _CALC_WORDS: Final = dict(BY_MNEMONIC["CALC"].operands[0].words)
 _COORD: Final = dict(BY_MNEMONIC["MVP"].operands[0].words)["COORD"]
@@ -179,8 +180,9 @@ class _Linter:
                 check = self.by_kind.get(operand.kind)
                 if check is not None:
                     check(code, instruction, operand)
-            if row.spare:
-                self.surplus(code, instruction, row.spare)
+            spare = _SPARE[row.mnemonic]
+            if spare:
+                self.surplus(code, instruction, spare)
             if row.mnemonic == "WAIT":
                 self.wait(code, instruction)
             elif row.mnemonic == "CALC":
