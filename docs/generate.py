@@ -7,6 +7,7 @@ Each entry of `PAGES` is a file and the function that gives its text.
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 from collections.abc import Callable
@@ -55,7 +56,13 @@ def with_tables(name: str) -> Callable[[], str]:
     return lambda: reference.fill((DOCS / name).read_text())
 
 
+def textmate_grammar() -> str:
+    """The colours of the language for VS Code, before the language server is there."""
+    return json.dumps(reference.textmate_grammar(), indent=2) + "\n"
+
+
 PAGES: dict[str, Callable[[], str]] = {
+    "../editors/vscode/syntaxes/tmcl.tmLanguage.json": textmate_grammar,
     "language.md": with_tables("language.md"),
     "lint.md": with_tables("lint.md"),
     "fidelity.md": fidelity,

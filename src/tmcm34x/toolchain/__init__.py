@@ -1,7 +1,7 @@
 """From source text to instructions and back, with everything that an editor wants to know on the way.
 
     from tmcm34x.toolchain.assembler import assemble
-    assembly = assemble("Loop: ROR 0, 500\\n JA Loop")
+    assembly = assemble("ROR 0, 500")
     assembly.program        the instructions
     assembly.source_map     where each of them stands in the source
     assembly.diagnostics    what is wrong, all of it

@@ -58,6 +58,32 @@ def fill(page: str) -> str:
     return _MARKS.sub(lambda match: match[1] + "\n" + TABLES[match[2]]() + "\n" + match[3], page)
 
 
+def textmate_grammar() -> dict[str, object]:
+    """A TextMate grammar of the language, for editors that colour before the language server does."""
+    words = sorted({word for row in COMMANDS for operand in row.operands for word, _ in operand.words})
+    patterns = (
+        ("keyword.other.directive.tmcl", r"//!\s*DATA\b.*$"),
+        ("comment.line.double-slash.tmcl", "//.*$"),
+        ("keyword.control.directive.tmcl", r"#\s*include\b"),
+        ("entity.name.function.label.tmcl", r"\b[A-Za-z_]\w*(?=\s*:)"),
+        ("variable.other.constant.tmcl", r"\b[A-Za-z_]\w*(?=\s*=)"),
+        ("support.function.tmcl", _any_of(FUNCTIONS) + r"(?=\s*\()"),
+        ("keyword.control.tmcl", _any_of(row.mnemonic for row in COMMANDS)),
+        ("constant.language.tmcl", _any_of(words)),
+        ("constant.numeric.tmcl", r"\$[0-9A-Fa-f]+\b|%[01]+\b|\b\d+(\.\d+)?([eE][+-]?\d+)?\b"),
+        ("keyword.operator.tmcl", r"[-+*/^=]"),
+    )
+    return {
+        "name": "TMCL",
+        "scopeName": "source.tmcl",
+        "patterns": [{"name": name, "match": pattern} for name, pattern in patterns],
+    }
+
+
+def _any_of(words: Iterable[str]) -> str:
+    return rf"(?i)\b({'|'.join(words)})\b"
+
+
 def _table(head: str, rows: Iterable[Iterable[object]]) -> str:
     titles = head.split("|")
     lines = [titles, ["---"] * len(titles), *rows]
