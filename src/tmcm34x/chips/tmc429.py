@@ -340,10 +340,11 @@ class Tmc429:
 
     def _read_motor(self, motor: int, index: int) -> int:
         axis, word = self._axes[motor], self._motor[motor][index]
+        name = BY_INDEX[MOTOR, index].name
+        if name == "X_ACTUAL":
+            return axis.position(self._tick()) & DATA
         state = axis.at(self._tick())
-        match BY_INDEX[MOTOR, index].name:
-            case "X_ACTUAL":
-                return state.x & DATA
+        match name:
             case "V_TARGET":
                 return axis.v_target_read(state) & 0xFFF
             case "V_ACTUAL":
