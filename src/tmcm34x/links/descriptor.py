@@ -34,13 +34,14 @@ class Descriptor:
         """Write `data`, now or when there is room."""
         if not self._backlog:
             try:
-                data = data[os.write(self._fd, data) :]
+                written = os.write(self._fd, data)
             except BlockingIOError:
-                pass
+                written = 0
             except OSError:
                 return  # hung up: the next read finds out
-            if not data:
+            if written == len(data):
                 return
+            data = data[written:]
             self._loop.remove_reader(self._fd)
             self._loop.add_writer(self._fd, self._flush)
         self._backlog += data
