@@ -595,10 +595,11 @@ class Program:
             patience = 2 * anchor.patience
             anchor = _Anchor(contents, now, self.executed, horizon)
             anchor.patience = patience
+        error = self.last_error
         value = self._execute_command(instruction, address, now)
         anchor.values.append(value)
         anchor.until = min(anchor.until, until)
-        steady = until > now and board.outputs == outputs
+        steady = until > now and board.outputs == outputs and self.last_error is error
         self._anchor = anchor if steady else None
         if steady and cycle is not None and cycle.values[0] == value and not self._watched:
             self._cycle = cycle
