@@ -601,3 +601,15 @@ def test_an_observer_that_wants_no_commands_does_not_slow_the_program() -> None:
     module = started(HANDSHAKE)
     module.observer = DeafRecorder()
     assert events(module, 1000) < 20
+
+
+def test_a_wait_goes_on_whatever_is_said_about_stepping() -> None:
+    module = started("WAIT TICKS, 0, 10 \n CALC ADD, 1 \n STOP")
+    run_ms(module, 50)
+    module.execute(Instruction(130))
+    assert (module.program.state, module.program.waiting) == (State.STEP, True)
+    module.execute(Instruction(129))
+    assert module.program.state is State.RUN
+    module.execute(Instruction(130))
+    run_ms(module, 60)
+    assert (module.program.state, module.program.counter) == (State.STOP, 1)

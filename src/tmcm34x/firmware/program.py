@@ -5,9 +5,8 @@ One instruction takes `Module.instruction_clocks` and has its effect at their en
 with the one difference that a value read goes into the accumulator.
 
 What others could notice comes at an event of its own: before promising when that is, the program runs its
-register commands ahead on a copy.  A program that polls - reads something that cannot change before somebody
-else's next event, and comes back to the very same state - is not run at all until that event, and is then put
-where it would be.
+register commands ahead on a copy.  A program that polls for what cannot change yet (`polling`) is not run at
+all until somebody else acts, and is then put where it would be.
 
 A command that the module refuses has no effect; the program goes on with the next one and `last_error` tells
 of it.  Erased memory (command 0) and the end of the memory stop the program.
@@ -21,12 +20,9 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from tmcm34x.board.board import INPUTS, Board
 from tmcm34x.clock import MS, NEVER
-from tmcm34x.firmware.io import ANALOG_INPUTS, DIGITAL_INPUTS
 from tmcm34x.firmware.machine import ERROR_FLAGS, Machine, Registers
-from tmcm34x.firmware.motion import A_ACTUAL, V_ACTUAL, V_TARGET
-from tmcm34x.tmcl import axis_parameters
+from tmcm34x.firmware.polling import Cycle, Polling
 from tmcm34x.tmcl.commands import (
     BY_MNEMONIC,
     BY_NUMBER,
@@ -37,7 +33,6 @@ from tmcm34x.tmcl.commands import (
     WAIT_TYPES,
 )
 from tmcm34x.tmcl.datagram import Instruction
-from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
@@ -46,42 +41,15 @@ if TYPE_CHECKING:
 TICK: Final = 10 * MS
 """One tick of WAIT (manual 6.7.22)."""
 
-_RAMP_TICK: Final = 32
-"""Clocks of a ramp tick at ramp divisor 0."""
 _END: Final = Instruction(0)
 _STOP: Final = BY_MNEMONIC["STOP"].number
 _WAIT: Final = BY_MNEMONIC["WAIT"].number
 _WAITS: Final = dict(WAIT_TYPES)
-_GAP: Final = BY_MNEMONIC["GAP"].number
-_GGP: Final = BY_MNEMONIC["GGP"].number
-_GIO: Final = BY_MNEMONIC["GIO"].number
 _GCO: Final = BY_MNEMONIC["GCO"].number
 _RFS: Final = BY_MNEMONIC["RFS"].number
 _RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
 _PROGRAM_ONLY: Final = frozenset(row.number for row in BY_MNEMONIC.values() if "direct" not in row.where)
 _READING: Final = frozenset(row.number for row in BY_MNEMONIC.values() if "reads" in row.where)
-_POLLS: Final = frozenset(BY_MNEMONIC[name].number for name in ("GIO", "GCO", "SIO"))
-"""Commands that change nothing when repeated before anything else happens."""
-_SETTINGS: Final = frozenset(
-    row.number for row in axis_parameters.AXIS_PARAMETERS if row.stored or row.key in {
-        "target_position", "position_reached", "reference_switch", "left_switch", "right_switch", "ramp_mode",
-        "end_switch_distance", "group_index",
-    }
-)  # fmt: skip
-"""Axis parameters that change only when somebody does something, or at an event of the motion chip."""
-_ACTUAL_ACCELERATION: Final = axis_parameters.BY_KEY["actual_acceleration"].number
-_ACTUAL_POSITION: Final = axis_parameters.BY_KEY["actual_position"].number
-_MOVING: Final = frozenset(
-    axis_parameters.BY_KEY[key].number
-    for key in ("actual_position", "target_speed", "actual_speed", "actual_acceleration")
-)
-"""Axis parameters that follow the motion."""
-_RESTLESS_GLOBALS: Final = frozenset(
-    row.number for row in GLOBAL_PARAMETERS if row.key in {
-        "datagram_low_word", "datagram_high_word", "program_counter", "tick_timer", "random_number",
-    }
-)  # fmt: skip
-"""Global parameters that change by themselves."""
 _SHORT_RUN: Final = 128
 _LONG_RUN: Final = 1 << 16
 """Register commands run ahead at a time: at first, and when nobody ever comes between."""
@@ -108,38 +76,6 @@ class _Wait(NamedTuple):
 
     done: Callable[[], bool] | None
     limit: int
-
-
-class _Cycle(NamedTuple):
-    """A state that comes back every `period` clocks from `start` on, as long as nobody else acts."""
-
-    contents: tuple[object, ...]
-    start: int
-    executed: int
-    """Value of `Program.executed` at `start`."""
-    period: int
-    commands: int
-    """Executed in one period."""
-    values: tuple[int | None, ...]
-    """What the foreign commands of one period read, in order."""
-    until: int = NEVER
-    """The clock at which something read may be another by itself."""
-
-
-class _Anchor:
-    """A state before a reading command, to compare later ones with, and what was read since."""
-
-    def __init__(self, contents: tuple[object, ...], start: int, executed: int, horizon: int) -> None:
-        self.contents = contents
-        self.start = start
-        self.executed = executed
-        self.horizon = horizon
-        """The next event on the board then: nothing read changes before."""
-        self.until = NEVER
-        """The clock at which something read since may be another by itself."""
-        self.values: list[int | None] = []
-        self.patience = 1
-        """Reading commands after which another anchor is tried; doubles each time."""
 
 
 class Program:
@@ -171,11 +107,8 @@ class Program:
         self._run = _SHORT_RUN
         self._probed = False
         """The register commands ahead have been searched for a cycle in vain."""
-        self._cycle: _Cycle | None = None
-        self._anchor: _Anchor | None = None
+        self._polling = Polling(module)
         self._pins_changed = False
-        self._disturbed = 0
-        """Clock of the last command that may have made the motion chip take another way, from its next ramp tick on."""
         module.board.on_pins.append(self._note_pins)
 
     # What others see and set
@@ -241,8 +174,7 @@ class Program:
         """Take notice that something a program may look at changes, here and now."""
         self._ahead_until = 0
         self._probed = False
-        self._cycle = self._anchor = None
-        self._disturbed = self._module.now
+        self._polling.forget(self._module.now)
 
     # Control functions
 
@@ -349,16 +281,17 @@ class Program:
         if self._pins_changed:
             self.wake()
             self._pins_changed = False
-        if self._cycle is not None:
-            return self._cycle.until
+        cycle = self._polling.cycle
+        if cycle is not None:
+            return cycle.until
         return self._ahead_until or self._look_ahead()
 
     def advance(self, now: int) -> None:
         """Execute everything that is due up to `now`; the module's chips and pins are already there."""
         if not self.state:
             return
-        if self._cycle is not None:
-            self._catch_up(self._cycle, now)
+        if self._polling.cycle is not None:
+            self._catch_up(self._polling.cycle, now)
         elif self._wait is not None:
             self._check_wait(self._wait, now)
         elif self._ahead_until:
@@ -387,11 +320,12 @@ class Program:
 
     def _start(self, state: State) -> None:
         self.wake()
-        self._machine.invalidate()
-        self.last_error = None
         self.state = state
-        self._started = True
-        self._due = self._module.now + self._module.instruction_clocks
+        if self._wait is None:
+            self._machine.invalidate()
+            self.last_error = None
+            self._started = True
+            self._due = self._module.now + self._module.instruction_clocks
 
     def _halt(self) -> None:
         self.wake()
@@ -446,11 +380,10 @@ class Program:
             self._halt()
         elif instruction.number in _PROGRAM_ONLY:
             self._refuse(address, _misuse(instruction), now)
-        elif self._constant(instruction):
+        elif self._polling.repeats(instruction, now):
             self._poll(instruction, address, now)
         else:
-            self._anchor = None
-            self._disturbed = now
+            self._polling.forget(now)
             self._execute_command(instruction, address, now)
 
     def _go_on(self, address: int, now: int) -> None:
@@ -479,7 +412,7 @@ class Program:
 
     def _begin_wait(self, instruction: Instruction, address: int, now: int) -> None:
         _, kind, motor, ticks = instruction
-        self._anchor = None
+        self._polling.forget(now)
         if kind > max(_WAITS.values()):
             self._refuse(address, Status.WRONG_TYPE, now)
         elif ticks < 0 or (motor >= MOTORS and kind != _WAITS["TICKS"]):
@@ -532,7 +465,7 @@ class Program:
                 done, contents, period = machine.find_cycle(ahead, self._run)
                 if period:
                     start, executed = self._due + done * clocks, self.executed + done
-                    self._cycle = _Cycle(contents, start, executed, period * clocks, period, ())
+                    self._polling.cycle = Cycle(contents, start, executed, period * clocks, period, (), NEVER)
                     return NEVER
             if done == self._run and not machine.reaches_foreign(counter, self.registers.stack):
                 return NEVER
@@ -554,59 +487,16 @@ class Program:
 
     # Polling
 
-    def _constant(self, instruction: Instruction) -> bool:
-        """Whether executing the command again before the board's next event has no effect and the same result."""
-        number, type_, motor, _ = instruction
-        if number == _GAP:
-            return type_ in _SETTINGS or (type_ in _MOVING and motor < MOTORS and self._steady(type_, motor))
-        if number == _GGP:
-            return type_ not in _RESTLESS_GLOBALS
-        if number == _RFS:
-            return type_ == _RFS_STATUS
-        if number == _GIO and motor == ANALOG_INPUTS:
-            return type_ < INPUTS and self._module.board.steady(type_)
-        return number in _POLLS
-
-    def _steady(self, parameter: int, motor: int) -> bool:
-        """Whether an axis parameter that belongs to the motion keeps its value until the chip's next event."""
-        axis = self._module.axes[motor]
-        speed = axis.read(V_ACTUAL)
-        ramp_tick = _RAMP_TICK << axis.values[153]
-        if speed != axis.read(V_TARGET) or self._module.now - self._disturbed <= ramp_tick:
-            return False
-        if parameter == _ACTUAL_ACCELERATION:
-            return not axis.read(A_ACTUAL)
-        return not speed or parameter != _ACTUAL_POSITION
-
     def _poll(self, instruction: Instruction, address: int, now: int) -> None:
-        """Execute a command that may be part of a polling loop; find out whether the loop is closed."""
-        board = self._module.board
-        until = _next_edge(board, instruction)
-        contents, horizon, outputs = self.registers.contents(), board.next_event(), board.outputs
-        anchor, cycle = self._anchor, None
-        if anchor is None or anchor.horizon != horizon or anchor.until <= now:
-            anchor = _Anchor(contents, now, self.executed, horizon)
-        elif anchor.contents == contents:
-            cycle = _Cycle(
-                contents, anchor.start, anchor.executed, now - anchor.start, self.executed - anchor.executed,
-                tuple(anchor.values), anchor.until,
-            )  # fmt: skip
-        elif len(anchor.values) == anchor.patience:
-            patience = 2 * anchor.patience
-            anchor = _Anchor(contents, now, self.executed, horizon)
-            anchor.patience = patience
+        """Execute a command that may be part of a polling loop."""
         error = self.last_error
+        self._polling.meet(instruction, self.registers.contents(), self.executed, now)
         value = self._execute_command(instruction, address, now)
-        anchor.values.append(value)
-        anchor.until = min(anchor.until, until)
-        steady = until > now and board.outputs == outputs and self.last_error is error
-        self._anchor = anchor if steady else None
-        if steady and cycle is not None and cycle.values[0] == value and not self._watched:
-            self._cycle = cycle
+        self._polling.passed(value, now, refused=self.last_error is not error)
 
-    def _catch_up(self, cycle: _Cycle, now: int) -> None:
+    def _catch_up(self, cycle: Cycle, now: int) -> None:
         """Bring a program that was not run while polling to just before what is due at `now`."""
-        self._cycle = self._anchor = None
+        self._polling.leave()
         periods = (now - cycle.start) // cycle.period
         if periods < 0:
             return
@@ -640,13 +530,3 @@ def _misuse(instruction: Instruction) -> Status:
     types = [operand for operand in operands if operand.field == "type"]
     right = all(operand.low <= instruction.type <= operand.high for operand in types)
     return Status.INVALID_VALUE if right else Status.WRONG_TYPE
-
-
-def _next_edge(board: Board, instruction: Instruction) -> int:
-    """The next clock at which a digital input that GIO reads may change by itself; 0: not known."""
-    number, port, bank, _ = instruction
-    if number != _GIO or bank != DIGITAL_INPUTS:
-        return NEVER
-    if port < INPUTS:
-        return board.next_edge(port)
-    return min(map(board.next_edge, range(INPUTS)))

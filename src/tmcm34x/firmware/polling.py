@@ -1,0 +1,179 @@
+"""Loops in which a program asks again and again for what cannot change yet.
+
+A command *repeats* when, done again before anybody else does anything, it has no effect and reads the same value.
+When a program comes back to the very state it had at such a command, with nothing but such commands on the way, it
+goes round in a circle until somebody else acts, or until an input is known to change: nobody needs to run it.
+
+All this saves work and changes no result: whatever is not certainly repeated is executed.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from tmcm34x.board.board import INPUTS
+from tmcm34x.clock import NEVER
+from tmcm34x.firmware.io import ANALOG_INPUTS, DIGITAL_INPUTS
+from tmcm34x.firmware.motion import A_ACTUAL, V_ACTUAL, V_TARGET
+from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS, BY_KEY
+from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS, RFS_TYPES
+from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS
+
+if TYPE_CHECKING:
+    from tmcm34x.firmware.module import Module
+    from tmcm34x.tmcl.datagram import Instruction
+
+RAMP_TICK: Final = 32
+"""Clocks of a ramp tick at ramp divisor 0."""
+
+_GAP, _GGP, _GIO, _GCO, _SIO, _RFS = (
+    BY_MNEMONIC[name].number for name in ("GAP", "GGP", "GIO", "GCO", "SIO", "RFS")
+)
+_RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
+_SETTINGS: Final = frozenset(
+    row.number for row in AXIS_PARAMETERS if row.stored or row.key in {
+        "target_position", "position_reached", "reference_switch", "left_switch", "right_switch", "ramp_mode",
+        "end_switch_distance", "group_index",
+    }
+)  # fmt: skip
+"""Axis parameters that change only when somebody does something, or at an event of the motion chip."""
+_POSITION, _SPEEDS, _ACCELERATION = (
+    BY_KEY["actual_position"].number,
+    frozenset({BY_KEY["target_speed"].number, BY_KEY["actual_speed"].number}),
+    BY_KEY["actual_acceleration"].number,
+)
+"""Axis parameters that follow the motion."""
+_RESTLESS: Final = frozenset(
+    row.number for row in GLOBAL_PARAMETERS if row.key in {
+        "datagram_low_word", "datagram_high_word", "program_counter", "tick_timer", "random_number",
+    }
+)  # fmt: skip
+"""Global parameters that change by themselves."""
+
+
+class Cycle(NamedTuple):
+    """A state that comes back every `period` clocks from `start` on, as long as nobody else acts."""
+
+    contents: tuple[object, ...]
+    """Of the registers."""
+    start: int
+    executed: int
+    """Commands executed by the program at `start`."""
+    period: int
+    commands: int
+    """Executed in one period."""
+    values: tuple[int | None, ...]
+    """What the foreign commands of one period read, in order; None for nothing."""
+    until: int
+    """The clock at which something read may be another by itself."""
+
+
+class _Anchor:
+    """A state before a repeating command, to compare later ones with, and what was read since."""
+
+    def __init__(self, contents: tuple[object, ...], start: int, executed: int, horizon: int) -> None:
+        self.contents = contents
+        self.start = start
+        self.executed = executed
+        self.horizon = horizon
+        """The board's next event then: nothing on it changes before."""
+        self.until = NEVER
+        """The clock at which something read since may be another by itself."""
+        self.values: list[int | None] = []
+        self.patience = 1
+        """Commands after which another anchor is tried; doubles each time."""
+
+
+class Polling:
+    """Looks for the cycle in what a program executes.
+
+    The program calls `meet` before and `passed` after each command that `repeats`, and `forget` whenever anything
+    else happens.
+    """
+
+    __slots__ = ("_anchor", "_disturbed", "_found", "_module", "_outputs", "_until", "cycle")
+
+    def __init__(self, module: Module) -> None:
+        self._module = module
+        self.cycle: Cycle | None = None
+        """The program goes round in it from now on."""
+        self._anchor: _Anchor | None = None
+        self._found: Cycle | None = None
+        self._until = NEVER
+        self._outputs = 0
+        self._disturbed = 0
+
+    def forget(self, now: int) -> None:
+        """Something happened at `now` that a program may notice."""
+        self.cycle = self._anchor = None
+        self._disturbed = now
+
+    def leave(self) -> None:
+        """The program is run again."""
+        self.cycle = self._anchor = None
+
+    def repeats(self, instruction: Instruction, now: int) -> bool:
+        """Whether the command has no effect and the same result when repeated before the board's next event."""
+        number, type_, motor, _ = instruction
+        if number == _GAP:
+            return type_ in _SETTINGS or (motor < MOTORS and self._steady(type_, motor, now))
+        if number == _GGP:
+            return type_ not in _RESTLESS
+        if number == _RFS:
+            return type_ == _RFS_STATUS
+        if number == _GIO:
+            return motor != ANALOG_INPUTS or (type_ < INPUTS and self._module.board.steady(type_))
+        return number in {_GCO, _SIO}
+
+    def _steady(self, parameter: int, motor: int, now: int) -> bool:
+        """Whether a parameter that follows the motion keeps its value until the chip's next event.
+
+        The chip takes up what was written with its next ramp tick.
+        """
+        axis = self._module.axes[motor]
+        if now - self._disturbed <= RAMP_TICK << axis.values[153]:
+            return False
+        speed = axis.read(V_ACTUAL)
+        if speed != axis.read(V_TARGET):
+            return False
+        if parameter == _ACCELERATION:
+            return not axis.read(A_ACTUAL)
+        return parameter in _SPEEDS or (parameter == _POSITION and not speed)
+
+    def meet(self, instruction: Instruction, contents: tuple[object, ...], executed: int, now: int) -> None:
+        """A repeating command is about to be executed, with these contents of the registers."""
+        board = self._module.board
+        horizon, anchor = board.next_event(), self._anchor
+        self._outputs, self._found = board.outputs, None
+        self._until = self._next_edge(instruction)
+        if anchor is None or anchor.horizon != horizon or anchor.until <= now:
+            self._anchor = _Anchor(contents, now, executed, horizon)
+        elif anchor.contents == contents:
+            self._found = Cycle(
+                contents, anchor.start, anchor.executed, now - anchor.start, executed - anchor.executed,
+                tuple(anchor.values), anchor.until,
+            )  # fmt: skip
+        elif len(anchor.values) == anchor.patience:
+            self._anchor = _Anchor(contents, now, executed, horizon)
+            self._anchor.patience = 2 * anchor.patience
+
+    def passed(self, value: int | None, now: int, *, refused: bool) -> None:
+        """The command has been executed and has read `value`."""
+        anchor, found = self._anchor, self._found
+        if anchor is None:
+            return
+        if refused or self._until <= now or self._module.board.outputs != self._outputs:
+            self._anchor = None
+            return
+        anchor.values.append(value)
+        anchor.until = min(anchor.until, self._until)
+        if found is not None and found.values[0] == value:
+            self.cycle = found
+
+    def _next_edge(self, instruction: Instruction) -> int:
+        """The next clock at which digital inputs that GIO reads may change by themselves; 0: not known."""
+        number, port, bank, _ = instruction
+        if number != _GIO or bank != DIGITAL_INPUTS:
+            return NEVER
+        board = self._module.board
+        return board.next_edge(port) if port < INPUTS else min(map(board.next_edge, range(INPUTS)))
