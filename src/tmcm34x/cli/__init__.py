@@ -33,6 +33,7 @@ SUB_COMMANDS: Final = (
     SubCommand("fmt", "tmcm34x.cli.fmt", "Lay TMCL source out in columns."),
     SubCommand("lint", "tmcm34x.cli.lint", "Point out likely mistakes in TMCL programs."),
     SubCommand("lsp", "tmcm34x.cli.lsp", "Serve the language server for editors."),
+    SubCommand("dap", "tmcm34x.cli.dap", "Serve the debug adapter for editors."),
 )
 _BY_NAME: Final = {row.name: row for row in SUB_COMMANDS}
 

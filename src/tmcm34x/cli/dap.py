@@ -1,0 +1,124 @@
+"""`tmcm34x dap`: the debug adapter for editors."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import socket
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import click
+
+from tmcm34x.cli import CliError
+from tmcm34x.cli.source_files import assemble_file, is_hex, read_image
+from tmcm34x.debug.dap import Adapter, RequestError, Services
+from tmcm34x.debug.messages import Framing, FramingError, frame
+from tmcm34x.server.pace import Pace
+from tmcm34x.toolchain.assembler import Assembly, assemble
+from tmcm34x.toolchain.disassembler import disassemble
+
+_READ_SIZE: Final = 65536
+_LONGEST_SLEEP_S: Final = 3600.0
+_LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "::1"})
+
+
+@click.command()
+@click.option(
+    "--listen",
+    metavar="HOST:PORT",
+    help="Serve editors on a TCP port, one after the other, instead of standard input and output; "
+    "port 0 picks a free one.",
+)
+def command(listen: str | None) -> int:
+    """Serve the Debug Adapter Protocol for TMCL programs.
+
+    An editor launches a program on a virtual module of its own, or attaches to a module, real or served, on a
+    serial port or socket.
+    """
+    with contextlib.suppress(KeyboardInterrupt):
+        if listen is None:
+            _converse(sys.stdin.fileno(), sys.stdout.fileno())
+        else:
+            _serve(listen)
+    return 0
+
+
+def _serve(listen: str) -> None:
+    host, _, port = listen.rpartition(":")
+    host = host.strip("[]") or "127.0.0.1"
+    if not port.isdecimal() or int(port) > 65535:
+        raise CliError(f"--listen {listen}: not HOST:PORT")
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        server = socket.create_server((host, int(port)), family=family)
+    except OSError as error:
+        raise CliError(f"--listen {listen}: {error.strerror or error}") from None
+    if host not in _LOOPBACK:
+        click.echo("whoever reaches this port can read your sources and run programs", err=True)
+    with server:
+        click.echo(f"ready dap {host}:{server.getsockname()[1]}")
+        while True:
+            connection = server.accept()[0]
+            with connection:
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                _converse(connection.fileno(), connection.fileno())
+
+
+def _converse(read_fd: int, write_fd: int) -> None:
+    """One session with one editor, until it disconnects or hangs up."""
+
+    def send(message: dict[str, Any]) -> None:
+        data = frame(message)
+        while data:
+            data = data[os.write(write_fd, data) :]
+
+    adapter, framing = Adapter(send, SERVICES), Framing()
+    try:
+        while not adapter.over:
+            wait_s = min(adapter.work(), _LONGEST_SLEEP_S)
+            if not select.select([read_fd], [], [], wait_s)[0]:
+                continue
+            data = os.read(read_fd, _READ_SIZE)
+            if not data:
+                break
+            _take(adapter, framing, data)
+    except FramingError as error:
+        click.echo(f"tmcm34x dap: {error}", err=True)
+    except (BrokenPipeError, ConnectionError):
+        pass  # The editor is gone without a word.
+    finally:
+        adapter.close()
+
+
+def _take(adapter: Adapter, framing: Framing, data: bytes) -> None:
+    try:
+        for message in framing.feed(data):
+            adapter.receive(message)
+            if adapter.over:
+                return
+    except FramingError:
+        adapter.receive(None)
+        raise
+
+
+def _read_program(path: str, include: Sequence[str]) -> Assembly:
+    try:
+        file = Path(path)
+        if file.suffix.lower() == ".bin" or is_hex(file):
+            return assemble(disassemble(read_image(file)), f"{file.name}.tmc")
+        return assemble_file(file, [Path(folder) for folder in include])
+    except CliError as error:
+        raise RequestError(error.format_message()) from None
+
+
+def _pace(speed: float) -> Pace:
+    return Pace(speed, time.monotonic)
+
+
+SERVICES: Final = Services(_read_program, _pace)
+"""What an adapter in this process needs."""

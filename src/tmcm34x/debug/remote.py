@@ -1,0 +1,153 @@
+"""Run control over a module at the end of a line, real or served, with what its firmware offers.
+
+Run, stop, step and reset are control functions; the state and the counter are global parameters 128 and 130.
+Accumulator, X, flags and stack are told by no command, and nothing can hold the program at a breakpoint.  Stepping
+over and out of a CSUB is done in single steps, with the program memory at hand to see calls and returns.
+
+Source: manual 6.7.36, 8.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from tmcm34x.debug.control import Breakpoint, Stop
+from tmcm34x.debug.expressions import ExpressionError
+from tmcm34x.debug.session import Frame, Listener, Text
+from tmcm34x.debug.view import View
+from tmcm34x.host import Connection, HostError, Program, RefusedError
+from tmcm34x.tmcl.commands import BY_MNEMONIC
+from tmcm34x.tmcl.datagram import Instruction
+
+POLL_S: Final = 0.05
+"""Time between two looks at a program that runs."""
+STEP_POLL_S: Final = 0.002
+"""Time between two looks at a step."""
+
+_CSUB: Final = BY_MNEMONIC["CSUB"].number
+_RSUB: Final = BY_MNEMONIC["RSUB"].number
+_RUNNING: Final = 1
+
+
+class RemoteSession:
+    """The program of the module at the other end of `connection`.
+
+    Calls may raise `HostError`; call `poll` now and then while `running`.
+    """
+
+    def __init__(self, connection: Connection, listener: Listener) -> None:
+        self.connection = connection
+        self.listener = listener
+        self.program = Program(connection)
+        self.text: Text | None = None
+        self.memory: Sequence[Instruction] = ()
+        """What is known of the program memory."""
+        self.view = View(self.execute, self.execute)
+        self.stop: Stop | None = None
+        self.stop_on_errors = False
+        self._depth = 0
+        """CSUBs entered since the step began, less those left."""
+        self._goal: int | None = None
+        """A step ends when `_depth` is no more than this."""
+        state = self.program.state
+        self.running = state.status == _RUNNING
+        self._counter = state.counter
+        if not self.running:
+            self.stop = Stop("pause", state.counter)
+
+    def execute(self, instruction: Instruction) -> tuple[int, int]:
+        """Have a command executed; an `ExpressionError` where no answer comes."""
+        try:
+            reply = self.connection.execute(instruction)
+        except RefusedError as error:
+            return error.reply.status, error.reply.value
+        except HostError as error:
+            raise ExpressionError(str(error)) from None
+        return reply.status, reply.value
+
+    def frames(self) -> list[Frame]:
+        """Where the program is; open routines are not told by any command."""
+        name = self.text.routine(self._counter) if self.text else ""
+        location = self.text.location(self._counter) if self.text else None
+        return [Frame(self._counter, name or "program", location)]
+
+    def read_instruction(self, address: int) -> Instruction | None:
+        """The command at `address`, where known."""
+        return self.memory[address] if 0 <= address < len(self.memory) else None
+
+    def set_breakpoints(self, breakpoints: Sequence[Breakpoint]) -> None:
+        """Nothing can be done about them."""
+
+    def resume(self) -> None:
+        """Let the program go on."""
+        self.program.run()
+        self._go(None)
+
+    def restart(self) -> None:
+        """Start the program from its beginning."""
+        self.program.restart()
+        self._go(None)
+
+    def pause(self) -> None:
+        """Stop the program where it is."""
+        self.program.stop()
+        self._held("pause")
+
+    def step_in(self) -> None:
+        """Execute one command."""
+        self._go(1)
+        self.program.step()
+
+    def step_over(self) -> None:
+        """Execute one command, a CSUB with all that it calls, step by step."""
+        self._go(0)
+        self.program.step()
+
+    def step_out(self) -> None:
+        """Execute commands step by step until one more RSUB than CSUB was met."""
+        self._go(-1)
+        self.program.step()
+
+    def jump(self, address: int) -> None:
+        """Start the program at `address`, and stop it there: the firmware cannot move its counter."""
+        raise ExpressionError(f"the module's firmware cannot go to address {address} without running")
+
+    def poll(self) -> float:
+        """Look what the program is doing; gives back after how many seconds to look again."""
+        if not self.running:
+            return float("inf")
+        before, state = self._counter, self.program.state
+        self._counter = state.counter
+        if state.status:
+            return POLL_S if self._goal is None else STEP_POLL_S
+        if self._goal is None:
+            self._held("end")
+            return float("inf")
+        self._count(before)
+        if self._depth <= self._goal or state.counter == before:
+            self._held("step")
+            return float("inf")
+        self.program.step()
+        return STEP_POLL_S
+
+    def _go(self, goal: int | None) -> None:
+        self.stop = None
+        self.running = True
+        self._goal, self._depth = goal, 0
+
+    def _count(self, before: int) -> None:
+        executed = self.read_instruction(before)
+        if executed is None:
+            return
+        if executed.number == _CSUB and self._counter == executed.value:
+            self._depth += 1
+        elif executed.number == _RSUB and self._counter != before + 1:
+            self._depth -= 1
+
+    def _held(self, reason: str) -> None:
+        self.running = False
+        self._counter = self.program.state.counter
+        kind = "end" if reason == "end" else "step" if reason == "step" else "pause"
+        self.stop = Stop(kind, self._counter)
+        self.listener.held(self.stop)

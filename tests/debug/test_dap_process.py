@@ -1,0 +1,325 @@
+"""The debug adapter as an editor meets it: a process, over its pipes or a socket."""
+
+import json
+import re
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+COMMAND = str(Path(sys.executable).with_name("tmcm34x"))
+PROGRAM = """\
+        SGP   1, 2, 0
+Loop:   CSUB  Move
+        GGP   1, 2
+        COMP  2
+        JC    LT, Loop
+        STOP
+Move:   MVP   REL, 0, 1000
+        WAIT  POS, 0, 0
+        GGP   1, 2
+        CALC  ADD, 1
+        AGP   1, 2
+        RSUB
+"""
+ENDLESS = "Loop: SGP 1, 2, 1\n      CSUB Sub\n      WAIT TICKS, 0, 1\n      JA Loop\nSub:  SGP 2, 2, 9\n      RSUB\n"
+
+
+class Client:
+    """An editor at the other end of two file objects."""
+
+    def __init__(self, reader, writer):
+        self.reader, self.writer = reader, writer
+        self.seq = 0
+        self.waiting = []
+
+    def send(self, command, **arguments):
+        self.seq += 1
+        message = {"seq": self.seq, "type": "request", "command": command, "arguments": arguments}
+        body = json.dumps(message).encode()
+        self.writer.write(b"Content-Length: %d\r\n\r\n" % len(body) + body)
+        self.writer.flush()
+        return self.seq
+
+    def next(self):
+        length = None
+        while (line := self.reader.readline().strip()) or length is None:
+            assert line, "the adapter has hung up"
+            length = int(re.fullmatch(rb"Content-Length: (\d+)", line)[1])
+        return json.loads(self.reader.read(length))
+
+    def ask(self, command, **arguments):
+        seq = self.send(command, **arguments)
+        while (message := self.next()).get("request_seq") != seq:
+            self.waiting.append(message)
+        return message
+
+    def do(self, command, **arguments):
+        response = self.ask(command, **arguments)
+        assert response["success"], response
+        return response.get("body")
+
+    def event(self, name):
+        """The next event of this name, whatever else comes before."""
+        while True:
+            message = self.waiting.pop(0) if self.waiting else self.next()
+            if message.get("event") == name:
+                return message["body"]
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "program.tmc"
+    path.write_text(PROGRAM)
+    return path
+
+
+@pytest.fixture
+def adapter():
+    process = subprocess.Popen(
+        [COMMAND, "dap"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    yield process
+    if process.poll() is None:
+        process.kill()
+    process.wait()
+    for stream in (process.stdin, process.stdout, process.stderr):
+        stream.close()
+
+
+@pytest.fixture
+def client(adapter):
+    return Client(adapter.stdout, adapter.stdin)
+
+
+def debug(client, file):
+    """What Visual Studio Code sends, in its order, from start to end."""
+    capabilities = client.do(
+        "initialize", clientID="vscode", clientName="Visual Studio Code", adapterID="tmcl", locale="en",
+        pathFormat="path", linesStartAt1=True, columnsStartAt1=True, supportsVariableType=True,
+        supportsVariablePaging=True, supportsRunInTerminalRequest=True, supportsMemoryReferences=True,
+    )  # fmt: skip
+    assert capabilities["supportsConfigurationDoneRequest"]
+    launch = client.send(
+        "launch",
+        name="Debug",
+        type="tmcl",
+        request="launch",
+        program=str(file),
+        stopOnEntry=True,
+        __sessionId="1",
+    )
+    client.event("initialized")
+    answer = client.do(
+        "setBreakpoints",
+        source={"name": file.name, "path": str(file)},
+        lines=[3],
+        breakpoints=[{"line": 3}],
+        sourceModified=False,
+    )
+    assert answer["breakpoints"][0]["verified"]
+    client.do("setFunctionBreakpoints", breakpoints=[])
+    client.do("setExceptionBreakpoints", filters=["refused"], filterOptions=[])
+    client.do("configurationDone")
+    assert launch == 2
+    assert client.do("threads")["threads"][0]["id"] == 1
+    assert client.event("stopped")["reason"] == "entry"
+    client.do("continue", threadId=1)
+    assert client.event("stopped")["reason"] == "breakpoint"
+    frame = client.do("stackTrace", threadId=1, startFrame=0, levels=20)["stackFrames"][0]
+    assert (frame["line"], frame["source"]["path"]) == (3, str(file))
+    scopes = client.do("scopes", frameId=frame["id"])["scopes"]
+    rows = client.do("variables", variablesReference=scopes[0]["variablesReference"])["variables"]
+    assert rows[0]["name"] == "accumulator"
+    assert client.do("evaluate", expression="gp[1]", frameId=frame["id"], context="watch")["result"] == "1"
+    client.do("next", threadId=1, granularity="statement")
+    assert client.event("stopped")["reason"] == "step"
+    assert client.do("evaluate", expression="accumulator", context="hover")["result"] == "1"
+    client.do("continue", threadId=1)
+    assert client.event("stopped")["reason"] == "breakpoint"
+    client.do("continue", threadId=1)
+    assert client.event("exited")["exitCode"] == 0
+    client.event("terminated")
+    client.do("disconnect", restart=False)
+
+
+def test_a_session_over_pipes(adapter, client, file):
+    debug(client, file)
+    assert adapter.wait(5) == 0
+    assert adapter.stderr.read() == b""
+
+
+def test_sessions_over_a_socket_one_after_the_other(file):
+    process = subprocess.Popen(
+        [COMMAND, "dap", "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    try:
+        word, kind, address = process.stdout.readline().decode().split()
+        assert (word, kind) == ("ready", "dap")
+        host, _, port = address.rpartition(":")
+        assert host == "127.0.0.1"
+        for _ in range(2):
+            with (
+                socket.create_connection((host, int(port)), timeout=10) as connection,
+                connection.makefile("rb") as reader,
+                connection.makefile("wb") as writer,
+            ):
+                debug(Client(reader, writer), file)
+        with socket.create_connection((host, int(port)), timeout=10) as connection:
+            connection.sendall(b"GET / HTTP/1.1\r\n\r\n")
+            with connection.makefile("rb") as reader:
+                assert b'"success":false' in reader.read()
+    finally:
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=10)
+    assert b"Traceback" not in errors and process.returncode == 0
+
+
+def test_a_pause_reaches_a_program_that_never_waits(client, tmp_path):
+    file = tmp_path / "busy.tmc"
+    file.write_text("Loop: CALC ADD, 1\n      AGP 1, 2\n      GIO 0, 0\n      GGP 132, 0\n      JA Loop\n")
+    client.do("initialize", adapterID="tmcl")
+    client.do("launch", program=str(file))
+    client.do(
+        "setBreakpoints",
+        source={"path": str(file)},
+        breakpoints=[{"line": 1, "condition": "accumulator == -1"}],
+    )
+    client.do("configurationDone")
+    client.do("pause", threadId=1)
+    assert client.event("stopped")["reason"] == "pause"
+    client.do("disconnect")
+
+
+def test_rubbish_ends_the_session_with_one_line(adapter):
+    adapter.stdin.write(b"\x00\xff" * 4000)
+    adapter.stdin.flush()
+    assert adapter.wait(5) == 0
+    assert adapter.stderr.read().count(b"\n") == 1
+    assert b'"success":false' in adapter.stdout.read()
+
+
+def test_a_message_that_is_no_json_is_answered(adapter, client):
+    adapter.stdin.write(b"Content-Length: 5\r\n\r\n{bad}")
+    adapter.stdin.flush()
+    assert client.next()["success"] is False
+    assert client.do("initialize", adapterID="tmcl")
+
+
+def test_an_editor_that_hangs_up_ends_the_process(adapter, client, file):
+    client.do("launch", program=str(file))
+    adapter.stdin.close()
+    assert adapter.wait(5) == 0
+
+
+@pytest.mark.parametrize("where", ["host:name", "1.2.3.4", "127.0.0.1:99999", "203.0.113.1:0"])
+def test_an_address_that_cannot_be_served_is_told(where):
+    result = subprocess.run([COMMAND, "dap", "--listen", where], capture_output=True, text=True, check=False)
+    assert (result.returncode, result.stderr.count("\n")) == (2, 1) or "203" in where
+    assert result.returncode == 2 and "Traceback" not in result.stderr
+
+
+@pytest.fixture
+def served(serve, tmp_path):
+    file = tmp_path / "endless.tmc"
+    file.write_text(ENDLESS)
+    return serve("--tcp", "127.0.0.1:0"), file
+
+
+def attach(client, served, **options):
+    client.do("initialize", adapterID="tmcl")
+    client.do("attach", port=served.tcp, **options)
+    client.event("initialized")
+
+
+def download(served, source):
+    from tmcm34x.host import Connection, Program
+    from tmcm34x.toolchain.assembler import assemble
+
+    with Connection.open(served.tcp) as connection:
+        Program(connection).download(assemble(source).program)
+
+
+def test_a_served_module_is_run_stepped_and_stopped(client, served):
+    module, file = served
+    download(module, ENDLESS)
+    attach(client, module, program=str(file))
+    answer = client.do("setBreakpoints", source={"path": str(file)}, breakpoints=[{"line": 1}])[
+        "breakpoints"
+    ][0]
+    assert not answer["verified"] and "no breakpoints" in answer["message"]
+    client.do("configurationDone")
+    assert client.event("stopped")["reason"] == "pause"
+
+    def place():
+        return client.do("stackTrace", threadId=1)["stackFrames"][0]["line"]
+
+    def step(command):
+        client.do(command, threadId=1)
+        assert client.event("stopped")["reason"] == "step"
+        return place()
+
+    assert place() == 1
+    assert [step("next"), step("stepIn"), step("stepOut")] == [2, 5, 3]
+    assert [step("next"), step("next"), step("next"), step("next")] == [4, 1, 2, 3]
+    assert client.do("evaluate", expression="gp[2] + counter", context="watch")["result"] == "11"
+    assert not client.ask("evaluate", expression="accumulator", context="watch")["success"]
+    client.do("continue", threadId=1)
+    client.do("pause", threadId=1)
+    assert client.event("stopped")["reason"] == "pause"
+    assert client.do("evaluate", expression="SGP 9, 2, 77", context="repl")["result"].startswith("status 100")
+    assert client.do("evaluate", expression="gp[9]", context="hover")["result"] == "77"
+    scopes = client.do("scopes", frameId=0)["scopes"]
+    assert scopes[0]["name"] == "User variables" and scopes[0]["expensive"]
+    assert len(client.do("variables", variablesReference=scopes[0]["variablesReference"])["variables"]) == 56
+    assert not client.ask("goto", threadId=1, targetId=1)["success"]
+    client.do("restart")
+    client.do("terminate")
+    client.event("terminated")
+    client.do("disconnect")
+
+
+def test_a_program_without_source_is_shown_disassembled(client, served):
+    module, _ = served
+    download(module, ENDLESS)
+    attach(client, module)
+    client.do("configurationDone")
+    assert client.event("stopped")["reason"] == "pause"
+    frame = client.do("stackTrace", threadId=1)["stackFrames"][0]
+    assert frame["source"]["sourceReference"] == 1
+    assert "CSUB" in client.do("source", sourceReference=1)["content"]
+    assert client.do("disassemble", memoryReference="0x0", instructionCount=1)["instructions"][0]["line"] == 1
+
+
+def test_another_program_than_the_source_is_told(client, served):
+    module, file = served
+    download(module, PROGRAM)
+    client.do("initialize", adapterID="tmcl")
+    client.do("attach", port=module.tcp, program=str(file), stopOnEntry=True)
+    while "another program" not in client.event("output")["output"]:
+        pass
+
+
+def test_a_program_that_ends_by_itself_is_told(client, served):
+    module, _ = served
+    download(module, "SGP 1, 2, 5\nSTOP\n")
+    attach(client, module)
+    client.do("configurationDone")
+    client.event("stopped")
+    client.do("continue", threadId=1)
+    assert client.event("stopped")["description"] == "The program has stopped"
+
+
+def test_a_module_that_goes_away_ends_the_session(client, served):
+    module, _ = served
+    download(module, ENDLESS)
+    attach(client, module, timeout=0.2)
+    client.do("configurationDone")
+    client.do("continue", threadId=1)
+    module.stop()
+    client.event("terminated")
+    assert not client.ask("evaluate", expression="gp[1]")["success"]
+    client.do("disconnect")
