@@ -268,6 +268,23 @@ def test_the_log_may_go_to_the_terminal(serve):
     assert "GGP 66, 0" in served.stop()
 
 
+def test_a_log_that_nobody_reads_any_more_ends_it(serve):
+    served = serve("--tcp", 0, "--log-telegrams", "-")
+    served.process.stdout.close()
+    with Socket(served.tcp) as client:
+        client.socket.sendall(pack_request(1, Instruction(10, 66, 0)))
+        assert served.process.wait(5) == 1
+    assert served.process.stderr.read() == ""
+
+
+def test_a_log_on_a_full_disk_ends_it_with_one_line(serve):
+    served = serve("--tcp", 0, "--log-telegrams", "/dev/full")
+    with Socket(served.tcp) as client:
+        client.socket.sendall(pack_request(1, Instruction(10, 66, 0)))
+        assert served.process.wait(5) == 2
+    assert served.process.stderr.read() == "tmcm34x serve: telegram log: No space left on device\n"
+
+
 def test_at_rest_it_takes_no_processor_time(serve):
     served = serve("--tcp", 0, "--pty")
     with Socket(served.tcp) as client:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gc
 import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import click
 
@@ -282,9 +283,17 @@ def _open_log(path: str | None, stack: contextlib.ExitStack) -> TelegramLog | No
     if path == "-":
         return TelegramLog(sys.stdout)
     try:
-        return TelegramLog(stack.enter_context(Path(path).open("w", encoding="utf-8")))
+        stream = Path(path).open("w", encoding="utf-8")  # noqa: SIM115
     except OSError as error:
         raise CliError(f"{path}: {error.strerror}") from error
+    stack.callback(_close, stream)
+    return TelegramLog(stream)
+
+
+def _close(stream: TextIO) -> None:
+    # That the disk is full has been told when a line was written.
+    with contextlib.suppress(OSError):
+        stream.close()
 
 
 def _report(line: str) -> None:
@@ -303,6 +312,8 @@ async def _serve(server: Server, links: list[Link], can_links: list[CanLink]) ->
     loop.set_exception_handler(
         lambda _, context: stop(context.get("exception", RuntimeError(context["message"])))
     )
+    if server.log is not None:
+        server.log.lost = stop
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         loop.add_signal_handler(number, stop)
     try:
@@ -312,9 +323,14 @@ async def _serve(server: Server, links: list[Link], can_links: list[CanLink]) ->
         for link in can_links:
             address = await server.open_can(link)
             click.echo(f"ready {link.kind} {address}")
+        gc.freeze()  # all of it lives as long as the process: no need to look for garbage in it
         await stopped
     except LinkError as error:
         raise CliError(str(error)) from error
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise CliError(f"telegram log: {error.strerror}") from error
     finally:
         await server.close()
     return 0

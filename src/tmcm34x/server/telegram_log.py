@@ -6,6 +6,7 @@ no telegram are shown as they came.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final, TextIO
 
 from tmcm34x import clock
@@ -20,6 +21,7 @@ from tmcm34x.tmcl.datagram import (
 from tmcm34x.tmcl.mnemonic import format_instruction
 from tmcm34x.tmcl.status import STATUS_TEXTS
 
+_WIDTH: Final = 3 * SIZE - 1
 GAP: Final = 5 * clock.MS
 """Bytes that come later than this after others belong to another telegram (fidelity WIRE-3)."""
 
@@ -29,6 +31,9 @@ class TelegramLog:
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
+        self._failed = False
+        self.lost: Callable[[OSError], None] | None = None
+        """Told when the stream takes no more; nothing is written from then on."""
 
     def line(self, name: str) -> LineLog:
         """The log of one client's line."""
@@ -36,10 +41,16 @@ class TelegramLog:
 
     def write(self, now: int, name: str, direction: str, data: bytes, meaning: str) -> None:
         """Write one line."""
-        self._stream.write(
-            f"{clock.seconds(now):12.6f}  {name:<24} {direction}  {data.hex(' '):<{3 * SIZE - 1}}  {meaning}\n"
-        )
-        self._stream.flush()
+        if self._failed:
+            return
+        seconds, dump = clock.seconds(now), data.hex(" ")
+        try:
+            self._stream.write(f"{seconds:12.6f}  {name:<24} {direction}  {dump:<{_WIDTH}}  {meaning}\n")
+            self._stream.flush()
+        except OSError as error:
+            self._failed = True
+            if self.lost is not None:
+                self.lost(error)
 
 
 class LineLog:
