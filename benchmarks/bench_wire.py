@@ -17,8 +17,8 @@ import time
 
 from tmcm34x.tmcl.datagram import Instruction, pack_request
 
-TURNS = 9
-TURN_S = 0.4
+TURNS = 25
+TURN_S = 0.12
 SERVE = [sys.executable, "-m", "tmcm34x", "serve"]
 
 ECHO = """
