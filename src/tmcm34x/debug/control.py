@@ -97,7 +97,7 @@ class Control:
         return not self._breakpoints and self._reason is None
 
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
-        """Take these instead of the present ones; their hits are counted anew."""
+        """Take these instead of the present ones."""
         self._breakpoints.clear()
         for breakpoint_ in breakpoints:
             self._breakpoints.setdefault(breakpoint_.address, []).append(breakpoint_)
