@@ -11,7 +11,7 @@ all until somebody else acts, and is then put where it would be.
 A command that the module refuses has no effect; the program goes on with the next one and `last_error` tells
 of it.  Erased memory (command 0) and the end of the memory stop the program.
 
-Source: manual 2.1, 6.3, 6.4.4, 6.4.5, 6.7.16 to 6.7.32, 6.7.36; fidelity PROG-1 to PROG-20.
+Source: manual 2.1, 6.3, 6.4.4, 6.4.5, 6.7.16 to 6.7.32, 6.7.36; fidelity PROG-6 to PROG-18.
 """
 
 from __future__ import annotations
