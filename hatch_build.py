@@ -41,7 +41,7 @@ class PageHook(BuildHookInterface):  # type: ignore[misc, valid-type]
             build()
         except PageError as error:
             sys.stderr.write(f"warning: tmcm34x is built without the page of its IDE: {error}\n")
-        build_data["artifacts"].append("src/tmcm34x/ide/static/*")
+        build_data["artifacts"] += [f"src/tmcm34x/ide/static/*.{kind}" for kind in ("html", "js", "css", "svg")]
 
 
 def build() -> None:
@@ -53,7 +53,7 @@ def build() -> None:
     sources = _digest()
     if STAMP.is_file() and STAMP.read_text() == sources:
         return
-    node, npm = _tools()
+    node, npm = tools()
     if _installed() != _locked():
         _run(node, [*npm, "ci", "--no-progress", "--loglevel=error"])
         (WEB / "node_modules" / ".locked").write_text(_locked())
@@ -78,7 +78,7 @@ def _installed() -> str:
     return stamp.read_text() if stamp.is_file() else ""
 
 
-def _tools() -> tuple[str, list[str]]:
+def tools() -> tuple[str, list[str]]:
     """Node, and the command that is npm."""
     node, npm = shutil.which("node"), shutil.which("npm")
     if node and npm:

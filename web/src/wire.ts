@@ -340,12 +340,12 @@ export interface Telegram {
     status: number;
 }
 
-/** A breakpoint at a source line; empty texts and 0 mean not set. */
+/** A breakpoint at a source line; empty texts mean not set. condition: an expression; hits: as `debug.control.compile_hits` reads it; log: a message, `{expression}` in it */
 export interface Breakpoint {
     path: string;
     line: number;
     condition: string;
-    hits: number;
+    hits: string;
     log: string;
 }
 
@@ -360,6 +360,7 @@ export interface PlacedBreakpoint {
 /** An open CSUB call, innermost first. */
 export interface Frame {
     address: number;
+    name: string;
     path: string;
     line: number;
 }
@@ -472,15 +473,29 @@ export interface ControlProgram {
     action: "continue" | "pause" | "reset" | "run" | "step" | "step_out" | "step_over" | "stop";
 }
 
-/** All breakpoints there are from now on. */
+/** All breakpoints there are from now on; `errors` holds also where the module refuses a command. */
 export interface SetBreakpoints {
     call: "set_breakpoints";
     breakpoints: Breakpoint[];
+    errors?: boolean;
 }
 
 /** Open CSUB calls, the present place first. */
 export interface ReadStack {
     call: "read_stack";
+}
+
+/** The values of expressions over registers, variables, parameters, labels; a text where there is none. */
+export interface Evaluate {
+    call: "evaluate";
+    expressions: string[];
+}
+
+/** Change a register, flag, variable, parameter or input; the answer is what it is then. */
+export interface Assign {
+    call: "assign";
+    target: string;
+    value: string;
 }
 
 /** Send one command to the module and wait for the answer. */
@@ -577,7 +592,7 @@ export interface Ping {
     call: "ping";
 }
 
-export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | ControlProgram | SetBreakpoints | ReadStack | Execute | ExecuteText | ReadMany | StopAll | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
+export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | ControlProgram | SetBreakpoints | ReadStack | Evaluate | Assign | Execute | ExecuteText | ReadMany | StopAll | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
 
 /** The type of the answer's result, by call. */
 export interface Results {
@@ -592,6 +607,8 @@ export interface Results {
     control_program: null;
     set_breakpoints: PlacedBreakpoint[];
     read_stack: Frame[];
+    evaluate: (number | string)[];
+    assign: number;
     execute: Exchange;
     execute_text: Exchange;
     read_many: (number | null)[];
@@ -638,6 +655,7 @@ export interface Welcome {
     tables: Tables;
     listing: Listing | null;
     breakpoints: Breakpoint[];
+    errors: boolean;
 }
 
 /** The folder's contents now. */
@@ -656,6 +674,7 @@ export interface Loaded {
 export interface BreakpointsChanged {
     event: "breakpoints_changed";
     breakpoints: Breakpoint[];
+    errors: boolean;
 }
 
 /** Where the breakpoints lie in the module's program now. */
@@ -667,8 +686,9 @@ export interface BreakpointsPlaced {
 /** The debugger holds the program. */
 export interface Paused {
     event: "paused";
-    reason: "breakpoint" | "entry" | "pause" | "step";
+    reason: "breakpoint" | "end" | "entry" | "exception" | "pause" | "step";
     address: number;
+    text: string;
 }
 
 /** A long call goes on; `done` equals `total` at its end. */

@@ -17,6 +17,7 @@ from starlette.applications import Starlette
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.routing import Route, WebSocketRoute
 
+from tmcm34x.ide.language import Language
 from tmcm34x.ide.page import Page
 from tmcm34x.ide.wire import MESSAGE_LIMIT
 
@@ -65,6 +66,7 @@ class Application:
                 Route("/alive", self._alive),
                 Route("/static/{name}", self._asset),
                 WebSocketRoute("/wire", self._wire),
+                WebSocketRoute("/lsp", self._lsp),
             ]
         )
 
@@ -147,6 +149,13 @@ class Application:
             return
         await socket.accept()
         await Page(self._hub, socket).serve()
+
+    async def _lsp(self, socket: WebSocket) -> None:
+        if not self._own_page(socket):
+            await socket.close()
+            return
+        await socket.accept()
+        await Language(self._hub.workspace, self._hub.target.model.number, socket).serve()
 
 
 def _note(status: int, title: str, text: str) -> Response:

@@ -8,7 +8,6 @@ from hashlib import blake2b
 from typing import TYPE_CHECKING, NamedTuple
 
 from tmcm34x.ide import wire
-from tmcm34x.ide.exchange import END_MARK
 from tmcm34x.tmcl.datagram import Instruction, pack_record
 from tmcm34x.tmcl.mnemonic import format_instruction
 
@@ -19,10 +18,10 @@ if TYPE_CHECKING:
 
 
 class Built(NamedTuple):
-    """What the assembler made: the answer for the page, and the instructions."""
+    """What the assembler made: the answer for the page, and all that it found."""
 
     answer: wire.Assembled
-    program: tuple[Instruction, ...]
+    assembly: Assembly
 
 
 def build(workspace: Workspace, path: str, texts: Mapping[str, str], model: int) -> Built:
@@ -43,7 +42,7 @@ def build(workspace: Workspace, path: str, texts: Mapping[str, str], model: int)
     assembly = assemble(read(path), path, include)
     findings = (*assembly.diagnostics, *lint(assembly, model=model))
     listing = _listing(path, assembly) if assembly.ok else None
-    return Built(wire.Assembled([_problem(item) for item in findings], listing), assembly.program)
+    return Built(wire.Assembled([_problem(item) for item in findings], listing), assembly)
 
 
 def identity(program: Sequence[Instruction]) -> str:
@@ -52,13 +51,6 @@ def identity(program: Sequence[Instruction]) -> str:
     for instruction in program:
         digest.update(pack_record(instruction))
     return digest.hexdigest()
-
-
-def memory_identity(memory: Sequence[Instruction], length: int) -> str:
-    """Identity of the program of `length` instructions at the start of a memory; none if it goes on."""
-    if len(memory) > length and memory[length] != END_MARK:
-        return ""
-    return identity(memory[:length])
 
 
 def _listing(path: str, assembly: Assembly) -> wire.Listing:

@@ -31,10 +31,12 @@ from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
+    from tmcm34x.ide.debugger import Step
     from tmcm34x.ide.page import Page
     from tmcm34x.ide.target import Target
     from tmcm34x.ide.telegrams import Telegrams
     from tmcm34x.ide.workspace import Workspace
+    from tmcm34x.toolchain.assembler import Assembly
 
 WATCH_S: Final = 1.0
 """Between two looks at the folder."""
@@ -54,6 +56,7 @@ class Hub:
         self._listing: wire.Listing | None = None
         self._memory = -1
         self._breakpoints: list[wire.Breakpoint] = []
+        self._errors = False
         self._downloading = False
         self._abort = False
         self._tasks: set[asyncio.Task[None]] = set()
@@ -114,6 +117,7 @@ class Hub:
             tables=tables(target.model.number),
             listing=self._listing,
             breakpoints=self._breakpoints,
+            errors=self._errors,
         )
 
     async def answer(self, page: Page, call: wire.Call) -> object:
@@ -125,11 +129,14 @@ class Hub:
     async def _watch_folder(self) -> None:
         while True:
             if self.pages:
-                files = await asyncio.to_thread(self.workspace.files)
-                if files != self._files:
-                    self._files = files
-                    self.tell(wire.FilesChanged(files))
+                await self._look_at_folder()
             await asyncio.sleep(WATCH_S)
+
+    async def _look_at_folder(self) -> None:
+        files = await asyncio.to_thread(self.workspace.files)
+        if files != self._files:
+            self._files = files
+            self.tell(wire.FilesChanged(files))
 
     async def _list_files(self, page: Page, call: wire.ListFiles) -> list[wire.FileEntry]:
         self._files = await asyncio.to_thread(self.workspace.files)
@@ -139,13 +146,17 @@ class Hub:
         return await asyncio.to_thread(self.workspace.read, call.path)
 
     async def _write_file(self, page: Page, call: wire.WriteFile) -> wire.FileEntry:
-        return await asyncio.to_thread(self.workspace.write, call.path, call.text, call.stamp, call.newline)
+        entry = await asyncio.to_thread(self.workspace.write, call.path, call.text, call.stamp, call.newline)
+        await self._look_at_folder()
+        return entry
 
     async def _rename_file(self, page: Page, call: wire.RenameFile) -> None:
         await asyncio.to_thread(self.workspace.rename, call.path, call.to)
+        await self._look_at_folder()
 
     async def _delete_file(self, page: Page, call: wire.DeleteFile) -> None:
         await asyncio.to_thread(self.workspace.delete, call.path)
+        await self._look_at_folder()
 
     # Programs
 
@@ -156,7 +167,8 @@ class Hub:
         return (await self._build(call.path, call.texts)).answer
 
     async def _download(self, page: Page, call: wire.Download) -> wire.Assembled:
-        answer, program = await self._build(call.path, call.texts)
+        answer, assembly = await self._build(call.path, call.texts)
+        program = assembly.program
         if answer.listing is None:
             return answer
         if self._downloading:
@@ -165,8 +177,8 @@ class Hub:
             raise wire.RefusalError("empty", f"{call.path} has no instructions.")
         if not self._holds(answer.listing):
             await self._store(program)
-            self._set_listing(answer.listing)
-        await self._place_breakpoints()
+        self._set_listing(answer.listing, assembly)
+        self._place_breakpoints()
         if call.run:
             await self._control("run")
         return answer
@@ -174,10 +186,8 @@ class Hub:
     def _holds(self, listing: wire.Listing) -> bool:
         """Whether the module is known to have this very program: then only its places in the source are new."""
         self.check_memory()
-        if self._listing is None or self._listing.identity != listing.identity:
-            return False
-        self._set_listing(listing)
-        return isinstance(self.target, Virtual)
+        same = self._listing is not None and self._listing.identity == listing.identity
+        return same and isinstance(self.target, Virtual)
 
     async def _store(self, program: tuple[Instruction, ...]) -> None:
         marked = [*program, END_MARK] if len(program) < PROGRAM_SIZE else list(program)
@@ -206,10 +216,11 @@ class Hub:
             raise wire.RefusalError("module", f"{exchange.text}: {exchange.meaning}.")
         return exchange
 
-    def _set_listing(self, listing: wire.Listing | None) -> None:
+    def _set_listing(self, listing: wire.Listing | None, assembly: Assembly | None = None) -> None:
         self._listing = listing
         if isinstance(self.target, Virtual):
             self._memory = self.target.module.eeprom.revision
+            self.target.debugger.know(assembly)
         self.tell(wire.Loaded(listing))
 
     def check_memory(self) -> None:
@@ -223,8 +234,8 @@ class Hub:
         length = len(self._listing.lines)
         memory = [eeprom.read_instruction(address) for address in range(length)]
         if identity(memory) != self._listing.identity:
-            self._listing = None
-            self.tell(wire.Loaded(None))
+            self._set_listing(None)
+            self._place_breakpoints()
 
     async def _upload(self, page: Page, call: wire.Upload) -> str:
         from tmcm34x.toolchain.disassembler import disassemble
@@ -249,64 +260,60 @@ class Hub:
         await self._control(call.action)
 
     async def _control(self, action: str) -> None:
-        debugger = self.target.debugger if isinstance(self.target, Virtual) else None
-        if action in {"pause", "step", "step_over", "step_out"} and debugger is not None:
-            self._debug(action)
+        target = self.target
+        if isinstance(target, Virtual) and action in _DEBUGGED:
+            if not target.module.powered:
+                raise wire.RefusalError("power", "The module has no power.")
+            target.server.catch_up()
+            target.debugger.act(cast("Step", action))
+            target.server.settle()
             return
-        if debugger is not None:
-            debugger.release()
         for number in _CONTROL[action]:
             await self._command(Instruction(number))
-
-    def _debug(self, action: str) -> None:
-        target = cast(Virtual, self.target)
-        if not target.module.powered:
-            raise wire.RefusalError("power", "The module has no power.")
-        target.server.catch_up()
-        getattr(target.debugger, action)()
-        target.server.settle()
+        if isinstance(target, Virtual):
+            target.debugger.release()
 
     async def _set_breakpoints(self, page: Page, call: wire.SetBreakpoints) -> list[wire.PlacedBreakpoint]:
-        self._breakpoints = call.breakpoints
+        self._breakpoints, self._errors = call.breakpoints, call.errors
         for other in self.pages:
             if other is not page:
-                other.send(wire.BreakpointsChanged(call.breakpoints))
-        return await self._place_breakpoints()
+                other.send(wire.BreakpointsChanged(call.breakpoints, call.errors))
+        return self._place_breakpoints()
 
-    async def _place_breakpoints(self) -> list[wire.PlacedBreakpoint]:
-        placed = [self._place(point) for point in self._breakpoints]
+    def _place_breakpoints(self) -> list[wire.PlacedBreakpoint]:
         if isinstance(self.target, Virtual):
-            addresses = {
-                place.address: point
-                for place, point in zip(placed, self._breakpoints, strict=True)
-                if place.address >= 0
-            }
-            self.target.debugger.set_breakpoints(addresses)
+            self.target.server.catch_up()
+            placed = self.target.debugger.set_breakpoints(self._breakpoints, errors=self._errors)
+            self.target.server.settle()
+        else:
+            reason = "a real module cannot be held at a line"
+            placed = [
+                wire.PlacedBreakpoint(point.path, point.line, -1, reason) for point in self._breakpoints
+            ]
         self.tell(wire.BreakpointsPlaced(placed))
         return placed
 
-    def _place(self, point: wire.Breakpoint) -> wire.PlacedBreakpoint:
-        lines = (
-            [] if self._listing is None else [line for line in self._listing.lines if line.path == point.path]
-        )
-        for line in lines:
-            if line.line >= point.line:
-                return wire.PlacedBreakpoint(point.path, point.line, line.address, "")
-        reason = "no instruction from here on" if lines else "not in the module's program: download it first"
-        return wire.PlacedBreakpoint(point.path, point.line, -1, reason)
-
     async def _read_stack(self, page: Page, call: wire.ReadStack) -> list[wire.Frame]:
-        if not isinstance(self.target, Virtual):
-            return []
-        program = self.target.module.program
-        addresses = [program.counter, *reversed([address - 1 for address in program.stack])]
-        return [self._frame(address) for address in addresses]
+        return self.target.debugger.frames() if isinstance(self.target, Virtual) else []
 
-    def _frame(self, address: int) -> wire.Frame:
-        lines = [] if self._listing is None else self._listing.lines
-        if 0 <= address < len(lines):
-            return wire.Frame(address, lines[address].path, lines[address].line)
-        return wire.Frame(address, "", 0)
+    async def _evaluate(self, page: Page, call: wire.Evaluate) -> list[int | str]:
+        target = self._bench
+        target.server.catch_up()
+        values: list[int | str] = []
+        for expression in call.expressions[:MAX_EXPRESSIONS]:
+            try:
+                values.append(target.debugger.evaluate(expression))
+            except wire.RefusalError as error:
+                values.append(str(error))
+        target.server.settle()
+        return values
+
+    async def _assign(self, page: Page, call: wire.Assign) -> int:
+        target = self._bench
+        target.server.catch_up()
+        value = target.debugger.assign(call.target, call.value)
+        target.server.settle()
+        return value
 
     # Commands
 
@@ -337,12 +344,12 @@ class Hub:
     async def _stop_all(self, page: Page, call: wire.StopAll) -> None:
         """Stop the program first, so that it does not start a motor again."""
         self._abort = True
-        if isinstance(self.target, Virtual):
-            self.target.debugger.release()
         if self._downloading:
             await self.target.exchange(Instruction(QUIT_DOWNLOAD))
         commands = [Instruction(STOP_PROGRAM), *(Instruction(_MST, 0, motor) for motor in range(MOTORS))]
         exchanges = [await self.target.exchange(command) for command in commands]
+        if isinstance(self.target, Virtual):
+            self.target.debugger.release()
         if any(exchange.status != Status.OK for exchange in exchanges):
             raise wire.RefusalError("module", f"Not everything stopped: {exchanges[-1].meaning}.")
 
@@ -401,8 +408,10 @@ class Hub:
 
 
 MAX_WATCHES: Final = 8
+MAX_EXPRESSIONS: Final = 50
 MAX_RATE_HZ: Final = 60
 
+_DEBUGGED: Final = frozenset({"continue", "pause", "step", "step_over", "step_out"})
 _CONTROL: Final[Mapping[str, tuple[int, ...]]] = {
     "run": (RESET_PROGRAM, RUN_PROGRAM),
     "continue": (RUN_PROGRAM,),

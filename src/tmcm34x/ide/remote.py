@@ -99,7 +99,7 @@ class Remote:
     def __init__(self, url: str, baud: int, address: int, telegrams: Telegrams) -> None:
         self.source: wire.Source = "tcp" if url.startswith("tcp://") or ":" in url else "serial"
         self.place = f"{url}, address {address}"
-        self.ability = wire.Ability(bench=False, debug=False, peek=False, language_server=False)
+        self.ability = wire.Ability(bench=False, debug=False, peek=False, language_server=True)
         self._open_line: Callable[[], Connection] = lambda: Connection.open(
             url, baud=baud, address=address, timeout_s=TIMEOUT_S
         )

@@ -25,7 +25,6 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
-    from tmcm34x.ide.debugger import Reason
     from tmcm34x.ide.target import Tell
     from tmcm34x.ide.telegrams import Telegrams
     from tmcm34x.links import Peer
@@ -54,9 +53,9 @@ class Virtual:
         self.world = self.rig.worlds[0]
         self.model = self.module.board.model
         self.place = place
-        self.ability = wire.Ability(bench=True, debug=True, peek=True, language_server=False)
+        self.ability = wire.Ability(bench=True, debug=True, peek=True, language_server=True)
         self.hands = Hands(self.world, place)
-        self.debugger = Debugger(self.module, self._held)
+        self.debugger = Debugger(self.module, self.world)
         self.plugged = True
         self._memory_file = memory_file
         self._telegrams = telegrams
@@ -72,6 +71,7 @@ class Virtual:
     async def open(self, tell: Tell) -> None:
         """Plug in the line; time begins to run."""
         self._tell = tell
+        self.debugger.listen(tell)
         self._connect()
         self.server.change_pace()
 
@@ -191,6 +191,7 @@ class Virtual:
         """Everything that is shown live, as of now."""
         self.server.catch_up()
         state = empty()
+        self.debugger.look()
         self._put_time(state)
         self._put_program(state)
         for motor in range(MOTORS):
@@ -214,11 +215,9 @@ class Virtual:
 
     def _put_program(self, state: State) -> None:
         program = self.module.program
-        if program.active:
-            self.debugger.held = False
         flags = bits(*program.flags.values(), program.downloading)
         put(
-            state, "program", program.state, self.debugger.held and not program.active, flags, program.counter,
+            state, "program", program.state, self.debugger.held, flags, program.counter,
             len(program.stack), program.accumulator, program.x,
         )  # fmt: skip
 
@@ -266,10 +265,6 @@ class Virtual:
                 self._tell(wire.Happened(self.rig.now, "switch", motor, text))
         if notable[-1] != before[-1]:
             self._tell(wire.Happened(self.rig.now, "power", -1, "power on" if notable[-1] else "power off"))
-
-    def _held(self, reason: Reason, address: int) -> None:
-        self._tell(wire.Paused(reason, address))
-        self._tell(wire.Happened(self.rig.now, "held", -1, f"{reason} at {address}"))
 
     # The bench
 

@@ -297,12 +297,15 @@ class Telegram(Shape):
 
 
 class Breakpoint(Shape):
-    """A breakpoint at a source line; empty texts and 0 mean not set."""
+    """A breakpoint at a source line; empty texts mean not set.
+
+    condition: an expression; hits: as `debug.control.compile_hits` reads it; log: a message, `{expression}` in it
+    """
 
     path: str
     line: int
     condition: str = ""
-    hits: int = 0
+    hits: str = ""
     log: str = ""
 
 
@@ -319,6 +322,7 @@ class Frame(Shape):
     """An open CSUB call, innermost first."""
 
     address: int
+    name: str
     path: str
     line: int
 
@@ -466,9 +470,10 @@ class ControlProgram(Call, tag="control_program"):
 
 
 class SetBreakpoints(Call, tag="set_breakpoints"):
-    """All breakpoints there are from now on."""
+    """All breakpoints there are from now on; `errors` holds also where the module refuses a command."""
 
     breakpoints: list[Breakpoint]
+    errors: bool = False
     returns: ClassVar[Any] = list[PlacedBreakpoint]
 
 
@@ -476,6 +481,21 @@ class ReadStack(Call, tag="read_stack"):
     """Open CSUB calls, the present place first."""
 
     returns: ClassVar[Any] = list[Frame]
+
+
+class Evaluate(Call, tag="evaluate"):
+    """The values of expressions over registers, variables, parameters, labels; a text where there is none."""
+
+    expressions: list[str]
+    returns: ClassVar[Any] = list[int | str]
+
+
+class Assign(Call, tag="assign"):
+    """Change a register, flag, variable, parameter or input; the answer is what it is then."""
+
+    target: str
+    value: str
+    returns: ClassVar[Any] = int
 
 
 class Execute(Call, tag="execute"):
@@ -580,7 +600,7 @@ class Ping(Call, tag="ping"):
 AnyCall = (
     ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile
     | Assemble | Download | Upload | ControlProgram | SetBreakpoints | ReadStack
-    | Execute | ExecuteText | ReadMany | StopAll | Watch | SetRate | FollowLog
+    | Evaluate | Assign | Execute | ExecuteText | ReadMany | StopAll | Watch | SetRate | FollowLog
     | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping
 )  # fmt: skip
 """Everything a page may ask for."""
@@ -629,6 +649,8 @@ class Welcome(Event, tag="welcome"):
     listing: Listing | None
     """The program that was last downloaded through this server."""
     breakpoints: list[Breakpoint]
+    errors: bool
+    """The program is held where the module refuses a command."""
 
 
 class FilesChanged(Event, tag="files_changed"):
@@ -647,6 +669,7 @@ class BreakpointsChanged(Event, tag="breakpoints_changed"):
     """Another window changed the breakpoints."""
 
     breakpoints: list[Breakpoint]
+    errors: bool
 
 
 class BreakpointsPlaced(Event, tag="breakpoints_placed"):
@@ -658,8 +681,9 @@ class BreakpointsPlaced(Event, tag="breakpoints_placed"):
 class Paused(Event, tag="paused"):
     """The debugger holds the program."""
 
-    reason: Literal["breakpoint", "step", "pause", "entry"]
+    reason: Literal["breakpoint", "step", "pause", "entry", "exception", "end"]
     address: int
+    text: str
 
 
 class Progress(Event, tag="progress"):

@@ -32,7 +32,7 @@ const editedBreakpoint = signal<{ path: string; line: number; x: number; y: numb
 function toggleBreakpoint(path: string, line: number): void {
     const others = breakpoints.value.filter((point) => point.path !== path || point.line !== line);
     const added: Breakpoint[] =
-        others.length < breakpoints.value.length ? [] : [{ path, line, condition: "", hits: 0, log: "" }];
+        others.length < breakpoints.value.length ? [] : [{ path, line, condition: "", hits: "", log: "" }];
     void setBreakpoints([...others, ...added]);
 }
 
@@ -222,7 +222,7 @@ function BreakpointEditor() {
     const place = editedBreakpoint.value;
     if (!place) return null;
     const found = breakpoints.value.find((point) => point.path === place.path && point.line === place.line);
-    const start: Breakpoint = found ?? { path: place.path, line: place.line, condition: "", hits: 0, log: "" };
+    const start: Breakpoint = found ?? { path: place.path, line: place.line, condition: "", hits: "", log: "" };
     const others = breakpoints.value.filter((point) => point !== found);
     const close = () => (editedBreakpoint.value = null);
     const submit = (event: Event) => {
@@ -230,7 +230,7 @@ function BreakpointEditor() {
         const data = new FormData(event.currentTarget as HTMLFormElement);
         const text = (name: string) => String(data.get(name) ?? "").trim();
         void setBreakpoints([
-            ...others, { ...start, condition: text("condition"), hits: Number(text("hits")) || 0, log: text("log") },
+            ...others, { ...start, condition: text("condition"), hits: text("hits"), log: text("log") },
         ]);
         close();
     };
@@ -238,9 +238,9 @@ function BreakpointEditor() {
         <form class="popover breakpoint-editor" style={{ left: `${place.x}px`, top: `${place.y}px` }} onSubmit={submit}
             onKeyDown={(event) => event.key === "Escape" && close()}>
             <h3>Breakpoint at line {place.line}</h3>
-            <label>Hold when<input name="condition" value={start.condition} placeholder="accumulator > 100" autofocus /></label>
-            <label>at hit number<input name="hits" type="number" min="0" value={start.hits || ""} placeholder="every" /></label>
-            <label>or only log<input name="log" value={start.log} placeholder="x is {x}" /></label>
+            <label>Hold when<input name="condition" value={start.condition} placeholder="accumulator &gt; 100" autofocus /></label>
+            <label>at hits<input name="hits" value={start.hits} placeholder="5, == 3, % 10" /></label>
+            <label>or only tell<input name="log" value={start.log} placeholder="round {gp[0]}" /></label>
             <div class="row">
                 <button type="submit" class="primary">Set</button>
                 <button type="button" onClick={() => (void setBreakpoints(others), close())}>Remove</button>

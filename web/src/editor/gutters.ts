@@ -5,7 +5,7 @@ import { Decoration, EditorView, GutterMarker, gutter, type DecorationSet } from
 export interface LineBreakpoint {
     line: number;
     condition: string;
-    hits: number;
+    hits: string;
     log: string;
     /** Set when the server has found an instruction for it. */
     verified: boolean;
@@ -29,7 +29,7 @@ class BreakpointMarker extends GutterMarker {
         const { condition, hits, log, verified, reason } = this.breakpoint;
         dot.className = `breakpoint${verified ? "" : " unverified"}${log ? " logpoint" : ""}${condition || hits ? " conditional" : ""}`;
         dot.title = [
-            log ? `log: ${log}` : "breakpoint", condition && `when ${condition}`, hits && `at hit ${hits}`,
+            log ? `log: ${log}` : "breakpoint", condition && `when ${condition}`, hits && `hits ${hits}`,
             !verified && (reason || "not in the downloaded program"),
         ].filter(Boolean).join(", ");
         return dot;
@@ -123,7 +123,7 @@ export function gutters(toggle: (line: number) => void, edit: (line: number, at:
                 },
             },
             initialSpacer: () => new BreakpointMarker({
-                line: 1, condition: "", hits: 0, log: "", verified: true, reason: "",
+                line: 1, condition: "", hits: "", log: "", verified: true, reason: "",
             }),
         }),
         gutter({

@@ -19,6 +19,8 @@ export const files = signal<FileEntry[]>([]);
 export const loaded = signal<Listing | null>(null);
 export const world = signal<World | null>(null);
 export const breakpoints = signal<Breakpoint[]>([]);
+/** The program is held where the module refuses a command. */
+export const holdOnErrors = signal(false);
 export const progress = signal<{ title: string; done: number; total: number } | null>(null);
 export const link = signal<{ up: boolean; text: string }>({ up: true, text: "" });
 export const stopReason = signal<string>("");
@@ -194,7 +196,7 @@ export const placed = signal<Results["set_breakpoints"]>([]);
 export async function setBreakpoints(list: Breakpoint[]): Promise<void> {
     breakpoints.value = list;
     if (!online.value || !can.value.debug) return;
-    placed.value = (await ask({ call: "set_breakpoints", breakpoints: list })) ?? [];
+    placed.value = (await ask({ call: "set_breakpoints", breakpoints: list, errors: holdOnErrors.value })) ?? [];
 }
 
 // ------------------------------------------------------------------ events
@@ -214,6 +216,7 @@ connection.onEvent = (event) => {
             break;
         case "breakpoints_changed":
             breakpoints.value = event.breakpoints;
+            holdOnErrors.value = event.errors;
             break;
         case "breakpoints_placed":
             placed.value = event.placed;
@@ -223,6 +226,7 @@ connection.onEvent = (event) => {
             break;
         case "paused":
             stopReason.value = event.reason;
+            if (event.reason === "exception") notify("warning", `Held at ${event.address}: ${event.text}`);
             break;
         case "progress":
             progress.value = event.done >= event.total ? null : event;
@@ -256,6 +260,7 @@ function welcomed(event: Welcome): void {
     }
     welcome.value = event;
     loaded.value = event.listing;
+    holdOnErrors.value = event.errors;
     breakpoints.value = event.breakpoints;
     progress.value = null;
     document.title = `${event.model.name} · tmcm34x`;

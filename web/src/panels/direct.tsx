@@ -4,7 +4,8 @@ import { ask, notify, online, tables } from "../logic/app";
 import { remembered } from "../logic/settings";
 import { currentView } from "../editor/editor";
 import type { CommandShape, Exchange, OperandShape, Parameter } from "../wire";
-import { Empty, readNumber } from "../widgets/basics";
+import { readNumber } from "../logic/text";
+import { Empty } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
 const chosen = remembered("direct-command", 1);

@@ -3,6 +3,7 @@ import { useComputed, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { ask, can, connection, droppedTelegrams, online, tables, telegrams } from "../logic/app";
 import { remembered } from "../logic/settings";
+import { matches } from "../logic/text";
 import { Empty, offer } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
@@ -10,12 +11,6 @@ const filter = remembered("log-filter", "");
 const following = remembered("log-follow", true);
 const polls = remembered("log-polls", false);
 const ROW = 19;
-
-/** Words that must all occur; a word with a leading minus must not. */
-export function matches(text: string, words: readonly string[]): boolean {
-    const low = text.toLowerCase();
-    return words.every((word) => (word.length > 1 && word.startsWith("-") ? !low.includes(word.slice(1)) : low.includes(word)));
-}
 
 export function Log() {
     useEffect(() => {

@@ -5,23 +5,10 @@ import { ACTIONS, overview, perform } from "../logic/actions";
 import { connection, dismiss, files, link, notices, powered, progress, welcome } from "../logic/app";
 import { openFile, openPage, PAGES, type PageName } from "../logic/documents";
 import { palette } from "../logic/layout";
+import { score } from "../logic/text";
 import { Icon } from "../widgets/icons";
 
 interface Row { title: string; detail: string; run: () => unknown; weight: number }
-
-/** How well `text` matches `wish`: letters in order; 0 is not at all, more is better. */
-export function score(text: string, wish: string): number {
-    if (!wish) return 1;
-    const low = text.toLowerCase();
-    const at = low.indexOf(wish);
-    if (at >= 0) return 100 - at + (at === 0 || low[at - 1] === " " ? 50 : 0);
-    let place = 0;
-    for (const letter of wish) {
-        place = low.indexOf(letter, place) + 1;
-        if (!place) return 0;
-    }
-    return 10;
-}
 
 export function Palette() {
     const chosen = useSignal(0);

@@ -3,7 +3,8 @@ import { signal, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { PROGRAM_FLAGS } from "../wire";
 import type { Frame } from "../wire";
-import { ask, breakpoints, can, halted, loaded, placed, program, send, setBreakpoints, stopReason, tables } from "../logic/app";
+import { ask, breakpoints, can, connection, halted, holdOnErrors, online, loaded, placed, program, send, setBreakpoints, stopReason, tables } from "../logic/app";
+import { remembered } from "../logic/settings";
 import { openFile } from "../logic/documents";
 import { keyOf, parameters, refresh, touched, wanted } from "../logic/parameters";
 import { ActionButton, Empty, NumberField } from "../widgets/basics";
@@ -47,23 +48,29 @@ export function Program() {
                 <>
                     <h4>Registers</h4>
                     <dl class="registers">
-                        <div><dt>accumulator</dt><dd data-figure="accumulator">{accumulator}</dd><dd class="muted">${(accumulator >>> 0).toString(16)}</dd></div>
-                        <div><dt>X</dt><dd data-figure="x">{x}</dd><dd class="muted">${(x >>> 0).toString(16)}</dd></div>
+                        <Register name="accumulator" title="accumulator" value={accumulator} />
+                        <Register name="x" title="X" value={x} />
                     </dl>
                     <div class="flags">{Object.entries(FLAG_NAMES).map(([name, text]) => (
-                        <span key={name} class={flags & PROGRAM_FLAGS[name as "zero"] ? "on" : ""}>{text}</span>))}</div>
+                        <button key={name} class={flags & PROGRAM_FLAGS[name as "zero"] ? "on" : ""} title={`Flag ${text}; a click changes it`} aria-pressed={(flags & PROGRAM_FLAGS[name as "zero"]) !== 0}
+                            onClick={() => ask({ call: "assign", target: name, value: flags & PROGRAM_FLAGS[name as "zero"] ? "0" : "1" })}>{text}</button>))}</div>
+                    <h4>Watches</h4>
+                    <Watches />
                     <h4>Stack <span class="muted">{depth} of {tables.value.stack_depth}</span></h4>
                     {frames.value.length ? <ol class="stack">{frames.value.map((frame, n) => (
-                        <li key={n}><button class="link" onClick={() => frame.line && openFile(frame.path, frame.line)}>{frame.address} {frame.path && `${frame.path}:${frame.line}`}</button></li>))}</ol>
+                        <li key={n}><button class="link" onClick={() => frame.line && openFile(frame.path, frame.line)}>{frame.name}</button> <span class="muted">{frame.address}{frame.path && `, ${frame.path}:${frame.line}`}</span></li>))}</ol>
                         : <p class="muted note">No open CSUB.</p>}
-                    <h4>Breakpoints</h4>
+                    <h4>Breakpoints <label class="check"><input type="checkbox" checked={holdOnErrors.value} onChange={(event) => {
+                        holdOnErrors.value = event.currentTarget.checked;
+                        void setBreakpoints(breakpoints.value);
+                    }} /> hold at refused commands</label></h4>
                     {breakpoints.value.length ? <ul class="breakpoint-list">{breakpoints.value.map((point) => {
                         const place = placed.value.find((item) => item.path === point.path && item.line === point.line);
                         return (
                             <li key={`${point.path}:${point.line}`}>
                                 <span class={`breakpoint ${place && place.address >= 0 ? "" : "unverified"} ${point.log ? "logpoint" : ""}`} />
                                 <button class="link" onClick={() => openFile(point.path, point.line)}>{point.path}:{point.line}</button>
-                                <span class="muted">{[point.condition, point.hits && `hit ${point.hits}`, point.log && `log ${point.log}`].filter(Boolean).join(", ") || place?.reason}</span>
+                                <span class="muted">{[point.condition, point.hits && `hits ${point.hits}`, point.log && `log ${point.log}`].filter(Boolean).join(", ") || place?.reason}</span>
                                 <button class="tool" aria-label={`Remove breakpoint at line ${point.line}`} onClick={() => setBreakpoints(breakpoints.value.filter((other) => other !== point))}><Icon name="close" size={12} /></button>
                             </li>
                         );
@@ -81,6 +88,55 @@ export function Program() {
                     );
                 })}
             </div>
+        </div>
+    );
+}
+
+function Register({ name, title, value }: { name: string; title: string; value: number }) {
+    return (
+        <div><dt>{title}</dt>
+            <dd data-figure={name}><NumberField value={value} low={-(2 ** 31)} high={2 ** 31 - 1} label={title} onCommit={(next) => ask({ call: "assign", target: name, value: String(next) })} /></dd>
+            <dd class="muted">${(value >>> 0).toString(16)}</dd></div>
+    );
+}
+
+const expressions = remembered<string[]>("expressions", []);
+const values = signal<(number | string)[]>([]);
+
+/** Expressions over registers, variables, parameters, labels and constants; looked at twice a second. */
+function Watches() {
+    useEffect(() => {
+        const look = async () => {
+            if (!online.value || !expressions.value.length || document.hidden) return;
+            values.value = (await connection.call({ call: "evaluate", expressions: expressions.value }).catch(() => null)) ?? [];
+        };
+        void look();
+        const timer = setInterval(() => void look(), 400);
+        return () => clearInterval(timer);
+    }, [expressions.value]);
+    const change = (at: number, text: string) => {
+        const list = expressions.value.slice();
+        if (text.trim()) list[at] = text.trim();
+        else list.splice(at, 1);
+        expressions.value = list;
+    };
+    return (
+        <div class="watches">
+            {expressions.value.map((expression, at) => {
+                const value = values.value[at];
+                return (
+                    <div key={expression}>
+                        <input aria-label={`Watch ${at}`} value={expression} spellcheck={false} onChange={(event) => change(at, event.currentTarget.value)} />
+                        {typeof value === "number" ? <NumberField value={value} label={`Value of ${expression}`} onCommit={(next) => ask({ call: "assign", target: expression, value: String(next) })} />
+                            : <span class="bad" title={value}>{value === undefined ? "…" : "no value"}</span>}
+                        <button class="tool" aria-label={`Remove watch ${expression}`} onClick={() => change(at, "")}><Icon name="close" size={12} /></button>
+                    </div>
+                );
+            })}
+            <input aria-label="New watch" placeholder="ap[actual_position][0], gp[3], accumulator * 2" spellcheck={false} onChange={(event) => {
+                change(expressions.value.length, event.currentTarget.value);
+                event.currentTarget.value = "";
+            }} />
         </div>
     );
 }

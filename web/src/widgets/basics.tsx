@@ -3,6 +3,7 @@ import { useSignal, type ReadonlySignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { action, perform } from "../logic/actions";
+import { readNumber } from "../logic/text";
 import { Icon } from "./icons";
 
 /** A button for a row of ACTIONS. */
@@ -69,17 +70,6 @@ export function NumberField(props: {
 
 const rangeText = (low?: number, high?: number): string =>
     low === undefined || high === undefined ? "A number, please." : `From ${low} to ${high}.`;
-
-/** Decimal, `$` hexadecimal or `%` binary, as in TMCL; null when it is none. */
-export function readNumber(text: string): number | null {
-    const plain = text.replace(/\u2212/g, "-").replace(/[\u2009 ]/g, "");
-    const special = /^([+-]?)(?:\$([0-9a-f]+)|%([01]+))$/i.exec(plain);
-    if (special) {
-        const size = special[2] ? parseInt(special[2], 16) : parseInt(special[3]!, 2);
-        return special[1] === "-" ? -size : size;
-    }
-    return /^[+-]?(\d+\.?\d*|\.\d+)$/.test(plain) ? Number(plain) : null;
-}
 
 /** A handle that changes a size while it is dragged. */
 export function Splitter(props: { vertical: boolean; onDrag: (delta: number) => void; label: string }) {

@@ -1,0 +1,62 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { toCsv, toVcd } from "../src/logic/export";
+import { Samples } from "../src/logic/samples";
+
+function filled(count: number, capacity: number): Samples {
+    const samples = new Samples(2, capacity);
+    for (let n = 0; n < count; n++) samples.add([n / 10, n]);
+    return samples;
+}
+
+test("a ring keeps the newest samples and no more", () => {
+    const samples = filled(25, 10);
+    assert.equal(samples.length, 10);
+    assert.equal(samples.time(0), 1.5);
+    assert.equal(samples.value(1, 9), 24);
+});
+
+test("a sample is found by its time", () => {
+    const samples = filled(25, 10);
+    assert.equal(samples.find(-1), 0);
+    assert.equal(samples.find(1.85), 4);
+    assert.equal(samples.find(99), 10);
+});
+
+test("time that goes back begins anew", () => {
+    const samples = filled(5, 10);
+    samples.add([0.05, 7]);
+    assert.equal(samples.length, 1);
+    assert.equal(samples.value(1, 0), 7);
+});
+
+test("a stretch is thinned by its stride", () => {
+    assert.deepEqual([...filled(10, 10).slice(1, 2, 9, 3)], [2, 5, 8]);
+});
+
+test("marks are forgotten before they are too many", () => {
+    const samples = new Samples(1, 5);
+    for (let n = 0; n < 5000; n++) samples.mark({ time: n, text: "x", motor: -1, kind: "program" });
+    assert.ok(samples.marks.length <= 500);
+    assert.equal(samples.marks.at(-1)!.time, 4999);
+});
+
+test("a CSV table has a heading and a line a sample, empty where there is no value", () => {
+    const samples = new Samples(3, 5);
+    samples.add([0.5, 1, NaN]);
+    assert.equal(toCsv(samples, [{ title: "position 0", column: 1 }, { title: 'odd, "name"', column: 2 }]),
+        'time_s,position_0,"odd,_""name"""\n0.500000,1,\n');
+});
+
+test("a VCD file names its curves and tells changes only, negative numbers in two's complement", () => {
+    const samples = new Samples(2, 5);
+    samples.add([0, 1]);
+    samples.add([0.001, 1]);
+    samples.add([0.002, -1]);
+    samples.mark({ time: 0.0015, text: "left closed", motor: 0, kind: "switch" });
+    const lines = toVcd(samples, [{ title: "speed 0", column: 1 }]).split("\n");
+    assert.ok(lines.includes("$timescale 1us $end"));
+    assert.ok(lines.includes("$var integer 32 ! speed_0 $end"));
+    assert.deepEqual(lines.slice(lines.indexOf("$enddefinitions $end") + 1),
+        ["#0", "b1 !", "#1500", 'sleft_closed "', "#2000", `b${"1".repeat(32)} !`, ""]);
+});
