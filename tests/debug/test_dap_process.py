@@ -322,4 +322,6 @@ def test_a_module_that_goes_away_ends_the_session(client, served):
     module.stop()
     client.event("terminated")
     assert not client.ask("evaluate", expression="gp[1]")["success"]
+    scopes = client.do("scopes", frameId=0)["scopes"]
+    assert not client.ask("variables", variablesReference=scopes[0]["variablesReference"])["success"]
     client.do("disconnect")

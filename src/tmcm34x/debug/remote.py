@@ -16,7 +16,7 @@ from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.session import Frame, Listener, Text
 from tmcm34x.debug.view import View
-from tmcm34x.host import Connection, HostError, Program, RefusedError
+from tmcm34x.host import Connection, Program, RefusedError
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -57,13 +57,11 @@ class RemoteSession:
             self.stop = Stop("pause", state.counter)
 
     def execute(self, instruction: Instruction) -> tuple[int, int]:
-        """Have a command executed; an `ExpressionError` where no answer comes."""
+        """Have a command executed; a `HostError` where no answer comes."""
         try:
             reply = self.connection.execute(instruction)
         except RefusedError as error:
             return error.reply.status, error.reply.value
-        except HostError as error:
-            raise ExpressionError(str(error)) from None
         return reply.status, reply.value
 
     def frames(self) -> list[Frame]:
