@@ -1,4 +1,4 @@
-"""Wires for sessions that go through the product's server and its links: pseudo terminal and TCP.
+"""Wires for sessions that go through the product's server and its links: pseudo terminal, TCP, SLCAN.
 
 The server runs on a wall clock that stands still until the session lets time pass, so that every run is the same
 and the replies are those of a wire in memory, byte for byte.
@@ -16,7 +16,9 @@ from collections.abc import Callable
 from typing import Any
 
 from tmcm34x import clock
+from tmcm34x.links import Connect, Link, Send
 from tmcm34x.links.pty import PtyLink
+from tmcm34x.links.slcan import SlcanLink
 from tmcm34x.links.tcp import TcpLink
 from tmcm34x.server import Server
 
@@ -46,7 +48,6 @@ class Served:
         self.clock = StandingClock()
         self.server = Server(rig, monotonic=self.clock)
         self.loop = asyncio.new_event_loop()
-        self.heard = self.said = self.sent = 0
         self._raw = bytearray()
 
     def __enter__(self) -> Any:
@@ -77,33 +78,54 @@ class Served:
             self.fetch()
 
 
+class Counted:
+    """A link that counts the bytes which the server hears and says."""
+
+    def __init__(self, link: Link) -> None:
+        self.link = link
+        self.kind, self.latency_ms, self.baud_rate = link.kind, link.latency_ms, link.baud_rate
+        self.close = link.close
+        self.heard = self.said = 0
+
+    async def open(self, connect: Connect) -> str:
+        """Open the link itself."""
+        return await self.link.open(lambda name, send: CountedPeer(self, connect, name, send))
+
+
+class CountedPeer:
+    """One client's line."""
+
+    def __init__(self, counted: Counted, connect: Connect, name: str, send: Send) -> None:
+        self.counted = counted
+        self.send = send
+        self.peer = connect(name, self.say)
+        self.disconnect = self.peer.disconnect
+
+    def receive(self, data: bytes) -> None:
+        """The server hears."""
+        self.counted.heard += len(data)
+        self.peer.receive(data)
+
+    def say(self, data: bytes) -> None:
+        """The server says."""
+        self.counted.said += len(data)
+        self.send(data)
+
+
 class ServedSerial(Served):
-    """A serial line: what the server hears and says is counted, so that it is known when all has arrived."""
+    """A serial line; bytes are counted at both ends, so that it is known when all have arrived."""
 
     kind = "serial"
 
     def __init__(self, rig: Any) -> None:
         super().__init__(rig)
         self.received = self._raw
-        connect = self.server.connect
+        self.sent = self.fetched = 0
 
-        def counting(name: str, send: Callable[[bytes], None], latency_ms: int = 0) -> Any:
-            def say(data: bytes) -> None:
-                self.said += len(data)
-                send(data)
-
-            peer = connect(name, say, latency_ms)
-            receive = peer.receive
-
-            def hear(data: bytes) -> None:
-                self.heard += len(data)
-                receive(data)
-
-            peer.receive = hear
-            return peer
-
-        self.server.connect = counting
-        self.fetched = 0
+    async def open(self) -> str:
+        """Open the link."""
+        self.counted = Counted(self.make_link())
+        return await self.server.open(self.counted)
 
     def send(self, data: bytes) -> None:
         """Send bytes to the module; they have been heard when this returns."""
@@ -113,7 +135,7 @@ class ServedSerial(Served):
 
     def settle(self) -> None:
         """All that was sent has been heard, and all that was said has come."""
-        self.wait(lambda: self.heard == self.sent and self.fetched == self.said)
+        self.wait(lambda: (self.counted.heard, self.counted.said) == (self.sent, self.fetched))
 
     def take(self, data: bytes) -> None:
         """Bytes have come."""
@@ -146,17 +168,17 @@ class Terminal:
 class Pty(Terminal, ServedSerial):
     """A pseudo terminal."""
 
-    async def open(self) -> str:
-        """Open the link."""
-        return await self.server.open(PtyLink())
+    def make_link(self) -> Link:
+        """A pseudo terminal without a name of its own."""
+        return PtyLink()
 
 
 class Tcp(ServedSerial):
     """A socket."""
 
-    async def open(self) -> str:
-        """Open the link."""
-        return await self.server.open(TcpLink("127.0.0.1", 0))
+    def make_link(self) -> Link:
+        """A socket that the system chooses."""
+        return TcpLink("127.0.0.1", 0)
 
     def connect(self, address: str) -> None:
         """Connect to the socket."""
@@ -179,4 +201,55 @@ class Tcp(ServedSerial):
             self.take(self.socket.recv(4096))
 
 
-LINKS = {"pty": Pty, "tcp": Tcp}
+class Slcan(Terminal, Served):
+    """An SLCAN adapter on a pseudo terminal; its answers tell when all has arrived."""
+
+    kind = "can"
+
+    def __init__(self, rig: Any) -> None:
+        super().__init__(rig)
+        self.received: list[tuple[int, bytes]] = []
+        self.answers: list[bytes] = []
+
+    async def open(self) -> str:
+        """Open the link."""
+        return await self.server.open_can(SlcanLink(None, lambda: 0))
+
+    def connect(self, path: str) -> None:
+        """Open the adapter's channel."""
+        super().connect(path)
+        self.command(b"S8")
+        self.command(b"O")
+
+    def command(self, line: bytes) -> bytes:
+        """Send a line to the adapter; its answer."""
+        self.answers.clear()
+        self.write(line + b"\r")
+        self.wait(lambda: bool(self.answers))
+        return self.answers.pop()
+
+    def send_frame(self, identifier: int, data: bytes) -> None:
+        """Send a frame."""
+        assert self.command(b"t%03X%d%s" % (identifier, len(data), data.hex().encode())) == b"z"
+
+    def advance(self, clocks: int) -> None:
+        """Let simulated time pass; an answer of the adapter comes after all frames."""
+        super().advance(clocks)
+        self.command(b"V")
+
+    def settle(self) -> None:
+        """All has come: the adapter has answered our last line."""
+
+    def take(self, data: bytes) -> None:
+        """Characters have come."""
+        self._raw += data
+        while b"\r" in self._raw:
+            line, _, rest = bytes(self._raw).partition(b"\r")
+            self._raw[:] = rest
+            if line[:1] == b"t":
+                self.received.append((int(line[1:4], 16), bytes.fromhex(line[5:].decode())))
+            else:
+                self.answers.append(line)
+
+
+LINKS = {"pty": Pty, "tcp": Tcp, "slcan": Slcan}
