@@ -19,6 +19,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from tmcm34x.firmware import boot
 from tmcm34x.tmcl import commands
 from tmcm34x.tmcl.axis_parameters import ALL, AXIS_PARAMETERS, WITH_DRIVERS
 from tmcm34x.tmcl.commands import ASCII_COMMANDS, COMMANDS, CONTROL_FUNCTIONS
@@ -177,6 +178,12 @@ def _stand_alone() -> Iterator[Row]:
         yield Row(key, name, section)
 
 
+def _boot_loader() -> Iterator[Row]:
+    yield _exercised("BOOT.242", "242, enter the boot loader", "4")
+    for row in boot.COMMANDS:
+        yield _exercised(f"BOOT.{row.number}", f"{row.number}, {row.name}", "4")
+
+
 def _hints() -> Iterator[Row]:
     for key, name, models, marks in (
         ("9.1.mode-1", "reference search, mode 1: left switch", ALL, "RFS.START"),
@@ -215,6 +222,7 @@ GROUPS = {
     "Global parameters": _global_parameters,
     "Stand-alone programs": _stand_alone,
     "ASCII interface": _ascii,
+    "Boot loader": _boot_loader,
     "Hints and tips": _hints,
 }
 
@@ -226,6 +234,7 @@ def marks(instruction: Instruction) -> Iterator[str]:
     number, type_, motor, value = instruction
     row = commands.BY_NUMBER.get(number)
     if row is None:
+        yield f"BOOT.{number}"
         return
     name = row.mnemonic or f"CF.{number}"
     yield name

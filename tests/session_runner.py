@@ -59,7 +59,7 @@ TIME = re.compile(r"(\d+(?:\.\d+)?)\s*([a-z]+)\Z")
 ADDRESS = re.compile(rf"({NUMBER})(?:\s+host\s+({NUMBER}))?\Z")
 ONLY = re.compile(r"\s*\[((?:34[123]\s*)+)\]\Z")
 DIRECTIVE = re.compile(r"#\s*(models|links|pins|bench)\s*:\s*(.*)\Z", re.IGNORECASE)
-NEVER_ANSWERED = 137
+NEVER_ANSWERED = {137, 205, 242}
 ESCAPES = {"r": "\r", "n": "\n", "b": "\b", "\\": "\\", '"': '"'}
 
 
@@ -428,7 +428,7 @@ class Player:
                 self._expect(answer)
             case Nothing():
                 self.finish()
-                if self.asked and self.asked.number == NEVER_ANSWERED:
+                if self.asked and self.asked.number in NEVER_ANSWERED:
                     self.marks.update(conformance.marks(self.asked))
             case Bytes(data):
                 self._expect_bytes(data)
