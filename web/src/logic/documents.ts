@@ -1,5 +1,5 @@
 // The editor's documents: text on disk, text on screen, drafts that outlive the page, changes from outside.
-import { computed, effect, signal } from "@preact/signals";
+import { batch, computed, effect, signal } from "@preact/signals";
 import type { Problem } from "../wire";
 import { ask, connection, files, notify, onServerEvent, welcome } from "./app";
 import { RefusedError } from "./connection";
@@ -102,9 +102,11 @@ export function openPage(kind: PageName): void {
 export async function openFile(path: string, line = 0, column = 1): Promise<TextDocument | null> {
     const document = documents.value.get(path) ?? (await load(path));
     if (!document) return null;
-    if (!tabs.value.some((tab) => tab.kind === "file" && tab.path === path))
-        tabs.value = [...tabs.value, { kind: "file", path }];
-    active.value = path;
+    batch(() => {
+        active.value = path;
+        if (!tabs.value.some((tab) => tab.kind === "file" && tab.path === path))
+            tabs.value = [...tabs.value, { kind: "file", path }];
+    });
     if (line) goal.value = { path, line, column };
     return document;
 }
@@ -117,8 +119,10 @@ export function newFile(text = "", wish = "program"): TextDocument {
     const document = new TextDocument(path);
     keep(document);
     document.fill(text, "", "");
-    tabs.value = [...tabs.value, { kind: "file", path }];
-    active.value = path;
+    batch(() => {
+        tabs.value = [...tabs.value, { kind: "file", path }];
+        active.value = path;
+    });
     return document;
 }
 

@@ -15,7 +15,7 @@ export function Files() {
                 <button class="tool" title="New program (Alt+N)" aria-label="New program" onClick={() => newFile()}><Icon name="plus" /></button></header>
             <div class="tree" role="tree">
                 {list.map((entry) => <Entry key={entry.path} entry={entry} renamed={renamed} />)}
-                {[...documents.value.values()].filter((document) => !document.stamp).map((document) => (
+                {[...documents.value.values()].filter((document) => !list.some((entry) => entry.path === document.path)).map((document) => (
                     <button key={document.path} role="treeitem" class={`entry new ${active.value === document.path ? "on" : ""}`} onClick={() => openFile(document.path)}>
                         <Icon name="file" size={14} /><span>{document.path}</span><i class="dot" title="Not saved yet" /></button>
                 ))}
