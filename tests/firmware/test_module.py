@@ -295,6 +295,18 @@ def test_user_functions_can_be_supplied():
     assert host.do("UF3 1, 2, 3") == 123
 
 
+def test_bank_1_has_what_an_extension_puts_there():
+    module = switched_on()
+    host = Host(module)
+    assert host.ask("SGP 7, 1, 5").status == host.ask("GGP 7, 1").status == 4
+    module.user_parameters[7] = 11
+    assert host.do("GGP 7, 1") == 11
+    host.do("SGP 7, 1, -5")
+    assert module.user_parameters == {7: -5}
+    assert host.ask("GGP 8, 1").status == host.ask("SGP 8, 1, 0").status == 3
+    assert host.ask("GGP 7, 3").status == 4
+
+
 # Ports
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 import click
 
 from tmcm34x.bench import BenchError, Rig, load, simple_rig
-from tmcm34x.cli import CliError
+from tmcm34x.cli import CliError, user_functions
 from tmcm34x.cli.source_files import (
     MODELS,
     assemble_file,
@@ -120,6 +120,7 @@ Examples:
     help="Time of one TMCL instruction in microseconds; 100 unless the bench says otherwise, an assumption.",
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Of everything random, without a bench.")
+@user_functions.option
 @include_option
 def command(**options: Any) -> int:
     """Run the TMCL program FILE (source, .bin or .hex) in virtual time and sum up what it did.
@@ -176,8 +177,14 @@ def _make_rig(options: dict[str, Any], program: tuple[Instruction, ...]) -> Rig:
         )
     if options["instruction_time"]:
         module.instruction_clocks = max(1, clocks(options["instruction_time"] * 1e-6))
+    if options["user_functions"]:
+        user_functions.attach(options["user_functions"], rig.modules, _report)
     module.eeprom.write_program(program)
     return rig
+
+
+def _report(line: str) -> None:
+    click.echo(f"tmcm34x run: {line}", err=True)
 
 
 def _attach_recorders(run: Run, options: dict[str, Any], files: contextlib.ExitStack) -> None:

@@ -15,7 +15,7 @@ import click
 
 from tmcm34x import clock
 from tmcm34x.bench import BenchError, Rig, simple_rig
-from tmcm34x.cli import CliError
+from tmcm34x.cli import CliError, user_functions
 from tmcm34x.firmware.storage import Eeprom, EepromError
 from tmcm34x.links import CanLink, Link, LinkError
 from tmcm34x.links.pty import PtyLink
@@ -151,6 +151,7 @@ Examples:
     help="Of virtual time: 1 is real time, 10 ten times as fast, 0.1 slow motion, 0 as fast as possible.",
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
+@user_functions.option
 @click.option(
     "--log-telegrams",
     metavar="FILE",
@@ -214,6 +215,8 @@ def _build(
         raise CliError(str(error)) from error
     if len(files) > len(rig.modules):
         raise CliError(f"{len(files)} EEPROM files for {len(rig.modules)} modules")
+    if options["user_functions"]:
+        user_functions.attach(options["user_functions"], rig.modules, _report)
     module = rig.modules[0]
     if program is not None:
         module.eeprom.write_program(program)

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Final
 from tmcm34x.firmware import io
 from tmcm34x.firmware.motion import X_ACTUAL
 from tmcm34x.firmware.parameters import (
+    EXTENSION,
     GLOBAL_READERS,
     GLOBAL_WRITERS,
     LOCK,
@@ -276,7 +277,7 @@ class Dispatcher:
             module.program.variables[type_] = value
             return OK
         if bank:
-            return INVALID_VALUE
+            return self._set_extension(type_, bank, value)
         entry = GLOBAL_WRITERS.get(type_)
         if entry is None:
             return WRONG_TYPE
@@ -285,6 +286,23 @@ class Dispatcher:
             return LOCKED
         return write(module, value) if row.low <= value <= row.high else INVALID_VALUE
 
+    def _set_extension(self, type_: int, bank: int, value: int) -> Status:
+        """Bank 1 has what a customer's extension put there; plain firmware has no bank 1 (fidelity FW-93)."""
+        parameters = self._module.user_parameters
+        if bank != EXTENSION or not parameters:
+            return INVALID_VALUE
+        if type_ not in parameters:
+            return WRONG_TYPE
+        self._module.program.wake()
+        parameters[type_] = value
+        return OK
+
+    def _get_extension(self, type_: int, bank: int) -> Result:
+        parameters = self._module.user_parameters
+        if bank != EXTENSION or not parameters:
+            return INVALID_VALUE, 0
+        return (OK, parameters[type_]) if type_ in parameters else (WRONG_TYPE, 0)
+
     def do_ggp(self, type_: int, bank: int, _value: int) -> Result:
         """GGP: read a global parameter or user variable.  Source: manual 6.7.10."""
         if bank == VARIABLES:
@@ -292,7 +310,7 @@ class Dispatcher:
                 return WRONG_TYPE, 0
             return OK, self._module.program.variables[type_]
         if bank:
-            return INVALID_VALUE, 0
+            return self._get_extension(type_, bank)
         reader = GLOBAL_READERS.get(type_)
         return (WRONG_TYPE, 0) if reader is None else (OK, reader(self._module))
 

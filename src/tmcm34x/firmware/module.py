@@ -139,6 +139,8 @@ class Module:
         self.observer: Observer | None = None
         self.user_functions: dict[int, UserFunction] = {}
         """What UF0..UF7 do, by 0..7."""
+        self.user_parameters: dict[int, int] = {}
+        """Global parameters of bank 1, by number: none in plain firmware (manual 8.2)."""
         self.on_boot: Callable[[Port], None] | None = None
         """Called with the port through which command 242 came with its key; None: there is no boot loader."""
         self.on_power: Callable[[], None] | None = None

@@ -49,6 +49,8 @@ GlobalReader = Callable[["Module"], int]
 GlobalWriter = Callable[["Module", int], Status]
 
 OK: Final = Status.OK
+EXTENSION: Final = 1
+"""Bank of a customer's extension of the firmware."""
 VARIABLES: Final = 2
 """Bank of the user variables."""
 
