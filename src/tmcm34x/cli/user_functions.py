@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, cast
 
 import click
 
@@ -70,7 +70,7 @@ def _parameters(path: Path, bank: Any) -> dict[int, int]:
     number = Annotated[int, msgspec.Meta(ge=0, le=255)]
     value = Annotated[int, msgspec.Meta(ge=INT32_MIN, le=INT32_MAX)]
     try:
-        return msgspec.convert(bank, dict[number, value])
+        return cast(dict[int, int], msgspec.convert(bank, type=dict[number, value]))
     except msgspec.ValidationError as error:
         raise CliError(
             f"{path}: BANK_1 is a dictionary from numbers 0 to 255 to whole numbers: {error}"
