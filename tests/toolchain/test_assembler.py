@@ -5,7 +5,8 @@ import pytest
 from tmcm34x.tmcl.commands import BY_MNEMONIC, FOREIGN_COMMANDS, PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import INCLUDE_DEPTH, assemble
-from tmcm34x.toolchain.diagnostics import Location
+from tmcm34x.toolchain.diagnostics import Location, render
+from tmcm34x.toolchain.listing import listing
 
 
 def codes(text, **options):
@@ -275,3 +276,19 @@ def test_symbols_know_their_definition_and_their_references():
 def test_the_source_map_shows_the_commands():
     assembly = assemble("\n  Go: ROR 0, 5 // comment\r\nSTOP", "x.tmc")
     assert assembly.source_map == (Location("x.tmc", 2, 7, 15), Location("x.tmc", 3, 1, 5))
+
+
+def test_an_appended_stop_stands_on_the_last_line_and_at_the_end_of_the_listing():
+    assembly = assemble("ROR 0, 1", "x.tmc", append_stop=True)
+    assert assembly.source_map[-1] == Location("x.tmc", 1, 1, 1)
+    assert listing(assembly).splitlines()[1:] == [
+        "0000     01 00 00 00 00 00 01 02     1  ROR 0, 1",
+        "0001     1c 00 00 00 00 00 00 1c        (appended) STOP",
+    ]
+    assert listing(assemble("STOP", append_stop=True)).count("STOP") == 1
+    assert listing(assemble("")) == "address  image                    line  source\n"
+
+
+def test_a_diagnostic_without_its_source_is_one_line():
+    (diagnostic,) = assemble("foo 1").diagnostics
+    assert render(diagnostic) == "program.tmc:1:1: error[E201]: no command foo"

@@ -21,17 +21,24 @@ _HEAD = "address  image                    line  source"
 
 def listing(assembly: Assembly) -> str:
     """The source of `assembly` with addresses and bytes beside it."""
-    codes: dict[tuple[str, int], tuple[int, Code]] = {
-        (code.file, code.number): (address, code) for address, code in enumerate(assembly.code)
-    }
+    codes: dict[tuple[str, int], tuple[int, Code]] = {}
+    for address, code in enumerate(assembly.code):
+        codes.setdefault((code.file, code.number), (address, code))
     lines = [_HEAD]
     for file, number in _source_lines(assembly, assembly.file, {assembly.file}):
-        entry = codes.get((file, number))
-        address = f"{entry[0]:04}" if entry else ""
-        instruction = entry[1].instruction if entry else None
-        image = pack_record(instruction).hex(" ") if instruction else ""
-        lines.append(f"{address:<7}  {image:<23}  {number:>4}  {assembly.sources[file][number - 1]}".rstrip())
+        address, code = codes.get((file, number), (0, None))
+        lines.append(_line(address, code, f"{number:>4}", assembly.sources[file][number - 1]))
+    last = assembly.code[-1] if assembly.code else None
+    if last is not None and last.line.statement is None:
+        lines.append(_line(len(assembly.code) - 1, last, "", "(appended) STOP"))
     return "".join(f"{line}\n" for line in lines)
+
+
+def _line(address: int, code: Code | None, number: str, source: str) -> str:
+    place = f"{address:04}" if code is not None else ""
+    instruction = code.instruction if code is not None else None
+    image = pack_record(instruction).hex(" ") if instruction is not None else ""
+    return f"{place:<7}  {image:<23}  {number:>4}  {source}".rstrip()
 
 
 def symbol_file(assembly: Assembly) -> str:
