@@ -41,7 +41,9 @@ class PageHook(BuildHookInterface):  # type: ignore[misc, valid-type]
             build()
         except PageError as error:
             sys.stderr.write(f"warning: tmcm34x is built without the page of its IDE: {error}\n")
-        build_data["artifacts"] += [f"src/tmcm34x/ide/static/*.{kind}" for kind in ("html", "js", "css", "svg")]
+        build_data["artifacts"] += [
+            f"src/tmcm34x/ide/static/*.{kind}" for kind in ("html", "js", "css", "svg")
+        ]
 
 
 def build() -> None:

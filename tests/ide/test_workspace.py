@@ -103,7 +103,7 @@ def test_a_file_moves_but_not_onto_another(workspace):
     workspace.write("b.tmc", "b", "", "\n")
     assert _code(workspace.rename, "a.tmc", "b.tmc") == "exists"
     workspace.rename("a.tmc", "sub/c.tmc")
-    assert [entry.path for entry in workspace.files()] == ["sub", "sub/c.tmc", "b.tmc"]
+    assert [entry.path for entry in workspace.files()] == ["b.tmc", "sub", "sub/c.tmc"]
 
 
 def test_named_files_open_their_common_folder(tmp_path):

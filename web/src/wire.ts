@@ -313,10 +313,11 @@ export interface Listing {
     symbols: SymbolShape[];
 }
 
-/** What the assembler says; `listing` is missing when there are errors. */
+/** What the assembler says; `listing` is missing when there are errors. lines: for each address the line of the assembled file that it comes from, 0 where that is another file */
 export interface Assembled {
     problems: Problem[];
     listing: Listing | null;
+    lines: number[];
 }
 
 /** One command and its answer; status 0 is no answer in time. */

@@ -42,7 +42,8 @@ def build(workspace: Workspace, path: str, texts: Mapping[str, str], model: int)
     assembly = assemble(read(path), path, include)
     findings = (*assembly.diagnostics, *lint(assembly, model=model))
     listing = _listing(path, assembly) if assembly.ok else None
-    return Built(wire.Assembled([_problem(item) for item in findings], listing), assembly)
+    lines = [code.location.line if code.location.file == path else 0 for code in assembly.code]
+    return Built(wire.Assembled([_problem(item) for item in findings], listing, lines), assembly)
 
 
 def identity(program: Sequence[Instruction]) -> str:

@@ -266,10 +266,14 @@ class Listing(Shape):
 
 
 class Assembled(Shape):
-    """What the assembler says; `listing` is missing when there are errors."""
+    """What the assembler says; `listing` is missing when there are errors.
+
+    lines: for each address the line of the assembled file that it comes from, 0 where that is another file
+    """
 
     problems: list[Problem]
     listing: Listing | None
+    lines: list[int]
 
 
 class Exchange(Shape):

@@ -62,7 +62,7 @@ class Workspace:
 
     def _walk(self, folder: Path, prefix: str, entries: list[FileEntry]) -> None:
         try:
-            found = sorted(os.scandir(folder), key=lambda entry: (not entry.is_dir(), entry.name.lower()))
+            found = sorted(os.scandir(folder), key=lambda entry: (entry.is_dir(), entry.name.lower()))
         except OSError:
             return
         for entry in found:

@@ -14,7 +14,7 @@ import {
 import { effect, signal, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { breakpoints, halted, loaded, placed, program, setBreakpoints, tables, welcome } from "../logic/app";
-import { assembled, languageServer, lspExtension } from "../logic/build";
+import { assembled } from "../logic/build";
 import {
     active, documents, goal, openFile, problems, reload, save, type TextDocument,
 } from "../logic/documents";
@@ -22,6 +22,7 @@ import type { Breakpoint, Problem } from "../wire";
 import { Icon } from "../widgets/icons";
 import { breakpointsOf, gutters, putAddresses, putBreakpoints, putExecution } from "./gutters";
 import { tmcl } from "./language";
+import { languageServer, lspExtension } from "./server";
 import { theme } from "./theme";
 
 const fromOutside = Annotation.define<boolean>();
@@ -149,11 +150,12 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
             view.dispatch({ effects: putBreakpoints.of(lines) });
         }),
         effect(() => {
-            const listing = assembled.value.get(document.path)?.listing ?? loaded.value;
             const addresses = new Map<number, number>();
-            for (const line of listing?.lines ?? [])
-                if (line.path === document.path && line.line && !addresses.has(line.line))
-                    addresses.set(line.line, line.address);
+            const own = assembled.value.get(document.path)?.lines;
+            const lines = own ?? loaded.value?.lines.map((line) => (line.path === document.path ? line.line : 0)) ?? [];
+            lines.forEach((line, address) => {
+                if (line && !addresses.has(line)) addresses.set(line, address);
+            });
             view.dispatch({ effects: putAddresses.of(addresses) });
         }),
         effect(() => {

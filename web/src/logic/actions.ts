@@ -1,6 +1,7 @@
 // Everything the page can be told to do: one row each. Tool bar, key bindings, palette and overview read it.
 import { effect, signal } from "@preact/signals";
 import { find, toggleHere } from "../editor/editor";
+import { showHints } from "../editor/server";
 import { ask, can, online, program, send, stopAll, timePaused, time, welcome } from "./app";
 import { assemble, busy, download, run, upload } from "./build";
 import {
@@ -100,6 +101,8 @@ export const ACTIONS: Action[] = [
         run: () => (lowerPanel().value = lowerPanel().value ? "" : "plot") },
     { id: "toggle_right", title: "Show or hide the right panel", group: "View", keys: ["Ctrl+Shift+J"],
         run: () => (right.value = right.value ? "" : "axes") },
+    { id: "hints", title: "Show or hide hints in the source", group: "View", keys: ["Alt+H"],
+        run: () => (showHints.value = !showHints.value) },
     { id: "theme", title: "Change between dark and light", group: "View", keys: ["Alt+T"], icon: "theme",
         run: () => (theme.value = shownTheme() === "dark" ? "light" : "dark") },
     { id: "keys", title: "Keyboard shortcuts", group: "View", keys: ["F1"], icon: "help",

@@ -1,20 +1,13 @@
 // From source text to a running program: live checking, assembling, downloading, uploading; the language server.
-import {
-    LSPClient, LSPPlugin, findReferencesKeymap, formatKeymap, hoverTooltips, jumpToDefinitionKeymap, renameKeymap,
-    serverCompletion, serverDiagnostics, signatureHelp, type Transport,
-} from "@codemirror/lsp-client";
-import type { Extension } from "@codemirror/state";
-import { keymap } from "@codemirror/view";
 import { effect, signal } from "@preact/signals";
-import type { Assembled, Problem, Severity } from "../wire";
-import { ask, can, loaded, notify, online, welcome } from "./app";
+import { languageServer } from "../editor/server";
+import type { Assembled } from "../wire";
+import { ask, loaded, notify, online } from "./app";
 import { active, documents, newFile, openFile, problems, saveAll, screenTexts, target } from "./documents";
 
 /** Last result of the assembler by path. */
 export const assembled = signal<ReadonlyMap<string, Assembled>>(new Map());
 export const busy = signal("");
-/** The language server is connected: squiggles come from it. */
-export const languageServer = signal<LSPClient | null>(null);
 
 function keep(path: string, result: Assembled, show: boolean): void {
     assembled.value = new Map(assembled.value).set(path, result);
@@ -108,75 +101,3 @@ async function check(path: string): Promise<void> {
     const result = await ask({ call: "assemble", path, texts });
     if (result) keep(path, result, false);
 }
-
-// ------------------------------------------------------------------ language server
-export const uriOf = (path: string): string =>
-    "file://" + `${welcome.value!.folder}/${path}`.split("/").map(encodeURIComponent).join("/");
-export function pathOf(uri: string): string {
-    const path = decodeURIComponent(uri.replace(/^file:\/\//, ""));
-    const folder = `${welcome.value!.folder}/`;
-    return path.startsWith(folder) ? path.slice(folder.length) : path;
-}
-
-const SEVERITIES: Severity[] = ["error", "error", "warning", "information", "hint"];
-interface PublishedDiagnostic {
-    range: { start: { line: number; character: number }; end: { line: number; character: number } };
-    severity?: number;
-    code?: string | number;
-    message: string;
-}
-
-function published(params: { uri: string; diagnostics: PublishedDiagnostic[] }): void {
-    const path = pathOf(params.uri);
-    const list: Problem[] = params.diagnostics.map(({ range, severity, code, message }) => ({
-        place: {
-            path, line: range.start.line + 1, column: range.start.character + 1,
-            end_line: range.end.line + 1, end_column: range.end.character + 1,
-        },
-        severity: SEVERITIES[severity ?? 1]!, code: String(code ?? ""), text: message,
-    }));
-    problems.value = new Map(problems.value).set(path, list);
-}
-
-function connectLanguageServer(): void {
-    const socket = new WebSocket(new URL("/lsp", location.href.replace(/^http/, "ws")));
-    const handlers = new Set<(text: string) => void>();
-    const transport: Transport = {
-        send: (text) => socket.send(text),
-        subscribe: (handler) => void handlers.add(handler),
-        unsubscribe: (handler) => void handlers.delete(handler),
-    };
-    const client = new LSPClient({
-        rootUri: uriOf("").replace(/\/$/, ""),
-        extensions: [
-            serverCompletion(), hoverTooltips({ hoverTime: 250 }), signatureHelp(), serverDiagnostics(),
-            keymap.of([...jumpToDefinitionKeymap, ...findReferencesKeymap, ...formatKeymap, ...renameKeymap]),
-        ],
-        notificationHandlers: {
-            "textDocument/publishDiagnostics": (_, params) => (published(params), false),
-        },
-        timeout: 10000,
-    });
-    socket.onmessage = ({ data }) => handlers.forEach((handler) => handler(String(data)));
-    socket.onopen = () => {
-        client.connect(transport);
-        void client.initializing.then(() => (languageServer.value = client)).catch(() => {});
-    };
-    socket.onclose = () => {
-        if (languageServer.value === client) languageServer.value = null;
-        client.disconnect();
-        reconnecting = false;
-    };
-}
-
-let reconnecting = false;
-effect(() => {
-    if (!online.value || !can.value.language_server || languageServer.value || reconnecting) return;
-    reconnecting = true;
-    connectLanguageServer();
-});
-
-export const lspExtension = (path: string): Extension =>
-    languageServer.value ? languageServer.value.plugin(uriOf(path), "tmcl") : [];
-
-export { LSPPlugin };

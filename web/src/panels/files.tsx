@@ -2,8 +2,21 @@
 import { useSignal } from "@preact/signals";
 import { ask, files, welcome } from "../logic/app";
 import { active, documents, mainFile, newFile, openFile, openPage, problems, rename } from "../logic/documents";
+import { remembered } from "../logic/settings";
 import { Icon } from "../widgets/icons";
 import type { FileEntry } from "../wire";
+
+/** Folders that are folded; a folder with many files begins so. */
+const folded = remembered<Record<string, boolean>>("folded", {});
+const MANY = 12;
+
+const isFolded = (folder: string): boolean =>
+    folded.value[folder] ?? files.value.length > MANY;
+
+function hidden(path: string): boolean {
+    for (let at = path.indexOf("/"); at > 0; at = path.indexOf("/", at + 1)) if (isFolded(path.slice(0, at))) return true;
+    return false;
+}
 
 export function Files() {
     const renamed = useSignal("");
@@ -14,7 +27,7 @@ export function Files() {
             <header><span title={welcome.value?.folder}>{name}</span>
                 <button class="tool" title="New program (Alt+N)" aria-label="New program" onClick={() => newFile()}><Icon name="plus" /></button></header>
             <div class="tree" role="tree">
-                {list.map((entry) => <Entry key={entry.path} entry={entry} renamed={renamed} />)}
+                {list.filter((entry) => !hidden(entry.path)).map((entry) => <Entry key={entry.path} entry={entry} renamed={renamed} />)}
                 {[...documents.value.values()].filter((document) => !list.some((entry) => entry.path === document.path)).map((document) => (
                     <button key={document.path} role="treeitem" class={`entry new ${active.value === document.path ? "on" : ""}`} onClick={() => openFile(document.path)}>
                         <Icon name="file" size={14} /><span>{document.path}</span><i class="dot" title="Not saved yet" /></button>
@@ -36,7 +49,12 @@ function Entry({ entry, renamed }: { entry: FileEntry; renamed: { value: string 
     const document = documents.value.get(entry.path);
     const bad = problems.value.get(entry.path)?.some((problem) => problem.severity === "error");
     const style = { paddingLeft: `${10 + depth * 12}px` };
-    if (entry.folder) return <div class="entry folder" style={style}><Icon name="folder" size={14} /><span>{short}</span></div>;
+    if (entry.folder)
+        return (
+            <button role="treeitem" aria-expanded={!isFolded(entry.path)} class="entry folder" style={style}
+                onClick={() => (folded.value = { ...folded.value, [entry.path]: !isFolded(entry.path) })}>
+                <Icon name={isFolded(entry.path) ? "right" : "down"} size={12} /><span>{short}</span></button>
+        );
     if (renamed.value === entry.path)
         return (
             <input class="rename" value={short} aria-label={`New name of ${short}`} ref={(field) => field?.focus()}

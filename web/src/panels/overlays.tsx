@@ -71,7 +71,7 @@ export function Overview() {
                             <div key={row.id}><dt>{row.title}</dt><dd>{row.keys!.map((keys) => <kbd key={keys}>{keys}</kbd>)}</dd></div>))}</dl></section>
                     ))}
                     <section><h3>Editor</h3><dl>
-                        {[["Complete", "Ctrl+Space"], ["Go to definition", "F12"], ["References", "Shift+F12"], ["Format", "Shift+Alt+F"], ["Comment lines", "Ctrl+/"], ["Delete line", "Ctrl+Y"], ["Undo", "Ctrl+Z"], ["Redo", "Ctrl+Shift+Z"], ["Next problem", "Ctrl+F8"]].map(([title, keys]) =>
+                        {[["Complete", "Ctrl+Space"], ["Go to definition", "F12"], ["References", "Shift+F12"], ["Format", "Shift+Alt+F"], ["Rename symbol", "Shift+F6"], ["Comment lines", "Ctrl+/"], ["Delete line", "Ctrl+Y"], ["Undo", "Ctrl+Z"], ["Redo", "Ctrl+Shift+Z"], ["Next problem", "Ctrl+F8"]].map(([title, keys]) =>
                             <div key={title}><dt>{title}</dt><dd><kbd>{keys}</kbd></dd></div>)}</dl></section>
                     <section><h3>Axes</h3><dl><div><dt>Jog while held</dt><dd><kbd>Space</kbd> on an arrow button</dd></div><div><dt>Take a number</dt><dd><kbd>Enter</kbd></dd></div><div><dt>Give it back</dt><dd><kbd>Esc</kbd></dd></div></dl></section>
                 </div>
