@@ -10,7 +10,7 @@ SETUP  := pyproject.toml $(wildcard hatch_build.py web/package-lock.json)
 .PHONY: run test check bench soak lock web clean
 
 run: $(VENV)/.run
-	$(BIN)/tmcm34x serve --pty --tcp 17000 --program examples/three_axes.tmc --run
+	$(BIN)/tmcm34x ide examples/manual/5.2-first-program.tmc
 
 test: $(VENV)/.test
 	$(BIN)/pytest -n $(JOBS) --dist worksteal
