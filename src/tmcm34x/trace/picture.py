@@ -175,12 +175,12 @@ def _draw_marks(canvas: Canvas, top: float, span: tuple[int, int], marks: Sequen
     for mark in marks:
         x = _x(mark.when, span)
         canvas.line([(x, top), (x, top + 8)], _COLORS[0])
-        row = next((n for n, free in enumerate(rows) if free <= x), None)
+        width = 6.5 * len(mark.text) + 8
+        left = min(x, WIDTH - width)
+        row = next((n for n, free in enumerate(rows) if free <= left), None)
         if row is not None and len(marks) <= _LABELS:
-            width = 6.5 * len(mark.text) + 8
-            fits = x + width < WIDTH
-            canvas.text(x, top + 22 + 14 * row, mark.text, _FAINT, "start" if fits else "end")
-            rows[row] = x + width
+            canvas.text(left, top + 22 + 14 * row, mark.text, _FAINT)
+            rows[row] = left + width
 
 
 def _ticks(low: float, high: float) -> list[float]:
