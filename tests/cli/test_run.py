@@ -89,12 +89,17 @@ def test_until_ends_an_endless_program(run):
         "ROR 0, 100 \n STOP",
         "ROR 0, 100 \n Loop: JA Loop",
         "ROL 0, 100 \n WAIT TICKS, 0, 5 \n Loop: GAP 3, 0 \n COMP 0 \n JC NE, Loop \n STOP",
+        "ROR 0, 2047 \n WAIT REFSW, 0, 0 \n STOP",
+        "ROR 0, 100 \n WAIT LIMSW, 1, 0 \n STOP",
+        "SAP 0, 1, 5 \n MST 1 \n ROR 0, 100 \n WAIT POS, 1, 0 \n STOP",
+        "RFS START, 0 \n WAIT RFS, 0, 0 \n STOP",
+        "RFS START, 0 \n STOP",
     ],
 )
 def test_a_run_ends_when_nothing_can_change_any_more(run, source):
     status, data = summary(run, source)
     assert (status, data["ending"]) == (0, "idle")
-    assert data["simulated_s"] < 2
+    assert data["simulated_s"] < 3
 
 
 def test_a_motor_that_turns_to_the_awaited_position_gets_there(run):
@@ -104,6 +109,24 @@ def test_a_motor_that_turns_to_the_awaited_position_gets_there(run):
     )
     assert data["ending"] == "stopped"
     assert data["simulated_s"] == pytest.approx(2**24 / 499_755, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "wait", ["Poll: GAP 10, 0 \n JC ZE, Poll", "WAIT LIMSW, 0, 0", "RFS START, 0 \n WAIT RFS, 0, 0"]
+)
+def test_a_switch_behind_the_target_position_is_waited_for(run, wait):
+    Path("bench.toml").write_text("""
+[[module]]
+[[module.axis]]
+load = { kind = "carriage", lead_mm = 8.0, low = -10.0, high = 60.0, start = 1.0 }
+switch = { left = { position = 0.0 }, right = { position = 40.0 } }
+""")
+    status, data = summary(
+        run,
+        f"MVP ABS, 0, 5000 \n WAIT TICKS, 0, 5 \n ROR 0, 300 \n {wait} \n SGP 1, 2, 7 \n STOP",
+        "--bench", "bench.toml",
+    )  # fmt: skip
+    assert (status, data["ending"], data["variables"]) == (0, "stopped", {"1": 7})
 
 
 def test_mistakes_are_diagnostics_with_status_1(run):

@@ -27,6 +27,7 @@ from tmcm34x.clock import HZ, MS, NEVER, clocks, run_until, seconds
 from tmcm34x.firmware.motion import RAMP_MODE, V_ACTUAL, V_TARGET, VELOCITY, X_TARGET, Axis
 from tmcm34x.firmware.program import ProgramError
 from tmcm34x.server.pace import Pace
+from tmcm34x.tmcl.commands import WAIT_TYPES
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import format_instruction
 from tmcm34x.tmcl.status import STATUS_TEXTS
@@ -59,6 +60,7 @@ PROGRAM_ERROR: Final = 3
 
 _MOTION: Final = frozenset({1, 2, 3, 4, 13})
 """Commands that are marked in a picture: ROR, ROL, MST, MVP, RFS."""
+_WAIT_POS: Final = dict(WAIT_TYPES)["POS"]
 POSITIONS: Final = 1 << 24
 """Of the motion chip's counter."""
 _NEAR: Final = 2
@@ -413,36 +415,51 @@ def _ending(rig: Rig) -> str:
         return ""
     if not all(map(_settled, rig.modules)):
         return ""
-    turning = any(axis.read(V_ACTUAL) for module in rig.modules for axis in module.axes)
+    axes = [axis for module in rig.modules for axis in module.axes]
+    turning = any(axis.read(V_ACTUAL) for axis in axes)
     active = any(program.active for program in programs)
-    if not turning and not active:
+    if not turning and not active and not any(map(_searching, rig.modules)):
         return STOPPED
-    if turning and any(program.waiting for program in programs):
+    if any(map(_awaits_pass, rig.modules)):
         return ""
-    return IDLE if rig.next_event() >= min(map(_next_pass, rig.modules)) else ""
+    return IDLE if _uneventful(rig) else ""
 
 
-def _next_pass(module: Module) -> int:
-    """The next clock at which a motor that turns evenly passes its target position, which concerns nobody."""
+def _uneventful(rig: Rig) -> bool:
+    """Whether nothing is ahead but that evenly turning motors pass their target positions, which concerns nobody.
+
+    A target position less than half a turn of the counter ahead must be passed first: what comes behind it, such as
+    a switch, is not known before.
+    """
     passes = NEVER
-    for axis in module.axes:
-        chip, smda = module.board.wiring(axis.motor)
-        motion = module.board.chips[chip].motion(smda)
-        if motion.rate_hz:
-            way = (
-                axis.read(X_TARGET) - motion.position
-                if motion.rate_hz > 0
-                else motion.position - axis.read(X_TARGET)
-            )
-            steps = (way - 1) % POSITIONS + 1 - _NEAR
-            passes = min(passes, module.now + int(steps / abs(motion.rate_hz) * HZ))
-    return passes
+    for module in rig.modules:
+        for axis in module.axes:
+            chip, smda = module.board.wiring(axis.motor)
+            motion = module.board.chips[chip].motion(smda)
+            if motion.rate_hz:
+                way = axis.read(X_TARGET) - motion.position
+                steps = ((way if motion.rate_hz > 0 else -way) - 1) % POSITIONS + 1 - _NEAR
+                if steps < POSITIONS // 2:
+                    return False
+                passes = min(passes, module.now + int(steps / abs(motion.rate_hz) * HZ))
+    return rig.next_event() >= passes
+
+
+def _awaits_pass(module: Module) -> bool:
+    """Whether the program waits until a turning motor passes its target position."""
+    program = module.program
+    if not program.waiting:
+        return False
+    _, kind, motor, _ = module.eeprom.read_instruction(program.counter)
+    return kind == _WAIT_POS and bool(module.axes[motor].read(V_ACTUAL))
+
+
+def _searching(module: Module) -> bool:
+    return any(search.state for search in module.searches)
 
 
 def _settled(module: Module) -> bool:
     """Whether each motor goes on as it does now: at rest, turning evenly, or held by a switch."""
-    if any(search.state for search in module.searches):
-        return False
     return all(
         axis.read(V_ACTUAL) == axis.read(V_TARGET) if axis.read(RAMP_MODE) == VELOCITY else _arrived(axis)
         for axis in module.axes
