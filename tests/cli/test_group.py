@@ -4,6 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
 
 from tmcm34x import __version__
@@ -55,6 +56,24 @@ def test_an_unknown_sub_command_is_one_line():
     assert result.returncode == 2
     assert result.stderr.count("\n") == 1
     assert result.stderr.startswith("tmcm34x: No such command 'sirve'")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "x.tmc", "--until", "inf"),
+        ("run", "x.tmc", "--until", "nan"),
+        ("run", "x.tmc", "--sample", "inf"),
+        ("run", "x.tmc", "--instruction-time", "nan"),
+        ("serve", "--instruction-time", "nan"),
+        ("serve", "--speed", "nan"),
+        ("serve", "--speed", "inf"),
+    ],
+    ids=" ".join,
+)
+def test_numbers_that_are_none_are_refused(arguments):
+    with pytest.raises(click.BadParameter, match="is not a number"):
+        group.main(arguments, standalone_mode=False)
 
 
 def test_the_module_is_the_command():

@@ -6,10 +6,11 @@ the user's files, 2 wrong usage or something the system refuses, with one line o
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from importlib import import_module
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import click
 
@@ -46,6 +47,17 @@ class CliError(click.ClickException):
     def __init__(self, message: str) -> None:
         super().__init__(message)
         self.ctx = click.get_current_context(silent=True)
+
+
+class FiniteRange(click.FloatRange):
+    """A `FloatRange` that takes neither `nan` nor `inf`."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number, or a usage error."""
+        number = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value} is not a number to reckon with.", param, ctx)
+        return number
 
 
 class _Group(click.Group):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 import click
 
 from tmcm34x.bench import BenchError, Rig, load, simple_rig
-from tmcm34x.cli import CliError, user_functions
+from tmcm34x.cli import CliError, FiniteRange, user_functions
 from tmcm34x.cli.source_files import (
     MODELS,
     assemble_file,
@@ -85,13 +85,13 @@ Examples:
 @click.option("--model", type=click.Choice(MODELS), help="Module type; 343 unless the bench says otherwise.")
 @click.option(
     "--until",
-    type=click.FloatRange(0),
+    type=FiniteRange(0),
     metavar="SECONDS",
     help="End after this simulated time at the latest.",
 )
 @click.option(
     "--speed",
-    type=click.FloatRange(0),
+    type=FiniteRange(0),
     default=0.0,
     show_default=True,
     metavar="FACTOR",
@@ -101,7 +101,7 @@ Examples:
 @click.option("--csv", "csv_file", type=_OUT, metavar="OUT", help="Write positions and speeds as a table.")
 @click.option(
     "--sample",
-    type=click.FloatRange(0, min_open=True),
+    type=FiniteRange(0, min_open=True),
     default=10.0,
     show_default=True,
     metavar="MS",
@@ -117,7 +117,7 @@ Examples:
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @click.option(
     "--instruction-time",
-    type=click.FloatRange(0, 1e6, min_open=True),
+    type=FiniteRange(0, 1e6, min_open=True),
     metavar="US",
     help="Time of one TMCL instruction in microseconds; 100 unless the bench says otherwise, an assumption.",
 )

@@ -15,7 +15,7 @@ import click
 
 from tmcm34x import clock
 from tmcm34x.bench import BenchError, Rig, simple_rig
-from tmcm34x.cli import CliError, user_functions
+from tmcm34x.cli import CliError, FiniteRange, user_functions
 from tmcm34x.firmware.storage import Eeprom, EepromError
 from tmcm34x.links import CanLink, Link, LinkError
 from tmcm34x.links.pty import PtyLink
@@ -136,7 +136,7 @@ Examples:
 @click.option("--run", is_flag=True, help="Start the program in its program memory.")
 @click.option(
     "--instruction-time",
-    type=click.FloatRange(0, 1e6, min_open=True),
+    type=FiniteRange(0, 1e6, min_open=True),
     default=100.0,
     show_default=True,
     metavar="US",
@@ -144,7 +144,7 @@ Examples:
 )
 @click.option(
     "--speed",
-    type=click.FloatRange(0),
+    type=FiniteRange(0),
     default=1.0,
     show_default=True,
     metavar="FACTOR",
