@@ -67,7 +67,6 @@ class SerialPort:
     def power_on(self) -> None:
         """Forget what was received; start in the mode of global parameter 67."""
         self._buffer.clear()
-        self._buffer.clear()
         self.ascii_mode = bool(self.module.eeprom.global_values[67] & 1)
 
     def receive(self, data: bytes) -> None:
