@@ -9,7 +9,7 @@ from __future__ import annotations
 import tomllib
 from math import isfinite
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, cast
 
 import msgspec
 from msgspec import Meta
@@ -319,7 +319,9 @@ class Bench(Struct, frozen=True):
 def parse(text: str) -> Bench:
     """The description in the text of a bench file.  Raises `BenchError` with the path to what is wrong."""
     try:
-        return msgspec.convert(tomllib.loads(text, parse_float=_finite), Bench)
+        table = tomllib.loads(text)
+        _check_numbers(table, "")
+        return msgspec.convert(table, Bench)
     except tomllib.TOMLDecodeError as error:
         raise BenchError(str(error)) from error
     except msgspec.ValidationError as error:
@@ -338,11 +340,16 @@ def read(path: str | Path) -> Bench:
         raise BenchError(f"{path}: {error}") from error
 
 
-def _finite(text: str) -> float:
-    value = float(text)
-    if not isfinite(value):
-        raise BenchError(f"{text} is not a number for a bench")
-    return value
+def _check_numbers(value: object, path: str) -> None:
+    """Refuse nan and inf, which the limits of a struct do not catch."""
+    if isinstance(value, dict):
+        for name, inner in cast("dict[str, object]", value).items():
+            _check_numbers(inner, f"{path}.{name}" if path else name)
+    elif isinstance(value, list):
+        for n, inner in enumerate(cast("list[object]", value)):
+            _check_numbers(inner, f"{path}[{n}]")
+    elif isinstance(value, float) and not isfinite(value):
+        raise BenchError(f"{path}: {value} is not a number for a bench")
 
 
 def _with_path_first(message: str) -> str:
