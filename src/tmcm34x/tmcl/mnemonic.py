@@ -43,7 +43,9 @@ def format_instruction(instruction: Instruction, labels: Mapping[int, str] = _NO
     row = BY_NUMBER.get(instruction.number)
     if row is None or not row.mnemonic:
         return f"{instruction.number} {instruction.type}, {instruction.motor}, {instruction.value}"
-    texts = [_format_operand(operand, getattr(instruction, operand.field), labels) for operand in row.operands]
+    texts = [
+        _format_operand(operand, getattr(instruction, operand.field), labels) for operand in row.operands
+    ]
     if any(text is None for text in texts):
         return f"{instruction.number} {instruction.type}, {instruction.motor}, {instruction.value}"
     spare = [getattr(instruction, field) for field in row.spare]
