@@ -42,7 +42,8 @@ def fidelity() -> str:
         text = path.read_text()
         title = text.splitlines()[0].removeprefix("# Fidelity: ").removeprefix("# ")
         parts.append(
-            f"## [{title[0].upper()}{title[1:]}](fidelity/{path.name})\n\n| no. | choice | confidence |\n| --- | --- | --- |\n"
+            f"## [{title[0].upper()}{title[1:]}](fidelity/{path.name})\n\n"
+            "| no. | choice | confidence |\n| --- | --- | --- |\n"
         )
         for name, heading, body in ENTRY.findall(text):
             sure = re.search(r"\b(high|medium|low)\b", body.split("Why:")[-1], re.IGNORECASE)
