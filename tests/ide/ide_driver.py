@@ -154,13 +154,15 @@ async def running(
     """A server on a free port of loopback."""
     module, telegrams = target or virtual()
     hub = Hub(Workspace(folder), module, telegrams, show or [])
-    listener = socket.create_server(("127.0.0.1", 0))
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+    listener.bind(("127.0.0.1", 0))
+    listener.listen()
     port = listener.getsockname()[1]
     application = Application(hub, TOKEN, [f"{name}:{port}" for name in LOOPBACK])
     application.name_cookie(port)
     server = application.server()
     await hub.open()
-    task = asyncio.create_task(server._serve([listener]))
+    task = asyncio.create_task(server.serve([listener]))
     try:
         yield Ide(hub, port)
     finally:

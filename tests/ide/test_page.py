@@ -287,8 +287,8 @@ def test_a_dial_turns_with_the_rotor(page: Page):
     rotor = page.locator(".dial.motor2 .rotor")
     _tab(page, "Direct mode")
     _line(page, "ROR 2, 300")
-    first = rotor.get_attribute("transform")
-    _until(page, lambda: rotor.get_attribute("transform") != first)
+    first = rotor.get_attribute("style")
+    _until(page, lambda: rotor.get_attribute("style") != first)
 
 
 def test_a_closed_limit_switch_stops_the_motor(page: Page):

@@ -1,5 +1,5 @@
 // The page: tool bar, files, editor, panels.
-import { effect } from "@preact/signals";
+import { computed, effect } from "@preact/signals";
 import { render } from "preact";
 import { Editor } from "./editor/editor";
 import { PROGRAM_FLAGS } from "./wire";
@@ -25,6 +25,14 @@ import { Tools } from "./panels/tools";
 import { ActionButton, Empty, Splitter } from "./widgets/basics";
 import { Icon } from "./widgets/icons";
 
+const reached = computed(() => (timePaused.value ? "time held" : `${short(time.value.speed)}×`));
+const clock = computed(() => clockText(clockSeconds.value));
+
+/** Its text changes with every frame, and nothing else does. */
+const Clock = () => (
+    <span class={`virtual-time ${timePaused.value ? "held" : ""}`} title="Virtual time since power-on">{clock}</span>
+);
+
 function TopBar() {
     const model = welcome.value?.model;
     const source = welcome.value?.source;
@@ -37,7 +45,7 @@ function TopBar() {
             <div class="group"><ActionButton id="run" label tone="go" /><ActionButton id="pause" /><ActionButton id="step" /><ActionButton id="step_over" /><ActionButton id="stop" label /><ActionButton id="reset" /></div>
             <div class="group"><ActionButton id="assemble" label /><ActionButton id="download" label /><ActionButton id="upload" /></div>
             <span class="gap" />
-            {can.value.bench && <span class={`virtual-time ${timePaused.value ? "held" : ""}`} title="Virtual time since power-on">{clockText(clockSeconds.value)}</span>}
+            {can.value.bench && <Clock />}
             <TimeControls />
             <button class="stop-all" disabled={!action("stop_all").enabled!()} title="Stop the program and all motors (F10)" onClick={() => perform("stop_all")}>STOP ALL <kbd>F10</kbd></button>
             <ActionButton id="theme" /><ActionButton id="keys" />
@@ -115,7 +123,7 @@ function StatusBar() {
             {welcome.value && changedSinceDownload() && <span class="pill warn" title="Run downloads the new text">module holds an older text</span>}
             {busy.value && <span class="pill">{busy.value}…</span>}
             <span class="gap" />
-            {can.value.bench && <span title="Virtual seconds to a second, as reached">{timePaused.value ? "time held" : `${short(time.value.speed)}×`}</span>}
+            {can.value.bench && <span title="Virtual seconds to a second, as reached">{reached}</span>}
             {size !== undefined && <span>{size} / {tables.value.program_size}</span>}
             <button class="link" onClick={() => (lowerPanel().value = "problems")}>{problemCount.value.errors} errors, {problemCount.value.warnings} warnings</button>
             {can.value.language_server && <span title="Completion, hover and squiggles">{languageServer.value ? "language server" : "language server…"}</span>}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
+import signal
 import socket
 import webbrowser
 from pathlib import Path
@@ -88,7 +89,8 @@ def command(paths: tuple[Path, ...], listen: tuple[str, int], no_browser: bool, 
 
 def _bind(host: str, port: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    listener = socket.socket(family, socket.SOCK_STREAM)
+    # asyncio sends small messages at once only on sockets that say that they are TCP.
+    listener = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind((host, port))
@@ -117,12 +119,16 @@ async def _serve(
     application.name_cookie(port)
     name = f"[{host}]" if ":" in host else host
     url = f"http://{name}:{port}/?token={token}"
+    server = application.server()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        loop.add_signal_handler(number, setattr, server, "should_exit", True)
     await hub.open()
     try:
         click.echo(f"ready ide {url}")
         if not no_browser:
             await asyncio.to_thread(webbrowser.open, url)
-        await application.server().serve(sockets=[listener])
+        await server.serve(sockets=[listener])
     finally:
         await hub.close()
     return 0
@@ -158,6 +164,8 @@ def _virtual(options: dict[str, Any], telegrams: Telegrams) -> Target:
         else:
             number = int(options["model"] or (eeprom.model if eeprom else 343))
             rig, place = simple_rig(number, eeprom), "bare motors"
+        if file is not None and eeprom is None:
+            file.save(rig.modules[0].eeprom.to_bytes())
     except (EepromFileError, EepromError, BenchError) as error:
         raise CliError(str(error)) from error
     stores = [] if file is None else [Store(rig.modules[0].eeprom, file, _report)]

@@ -7,6 +7,7 @@ finds nothing.
 
 from __future__ import annotations
 
+import contextlib
 import hmac
 import mimetypes
 from importlib.resources import files
@@ -22,7 +23,7 @@ from tmcm34x.ide.page import Page
 from tmcm34x.ide.wire import MESSAGE_LIMIT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Generator, Iterable
 
     from starlette.requests import HTTPConnection, Request
     from starlette.websockets import WebSocket
@@ -45,6 +46,15 @@ _NOTE: Final = """<!doctype html><html lang="en"><meta charset="utf-8"><title>tm
 code{{background:#e9edf1;padding:2px 5px;border-radius:4px}}
 @media(prefers-color-scheme:dark){{body{{background:#0c1015;color:#dce5ec}}code{{background:#212b35}}}}</style>
 <h1>{title}</h1><p>{text}</p></html>"""
+
+
+class _Server(uvicorn.Server):
+    """A server that leaves signals alone: whoever runs it has more to bring to an end than this."""
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Generator[None]:
+        """Take no signal."""
+        yield
 
 
 class Application:
@@ -76,7 +86,7 @@ class Application:
 
     def server(self) -> uvicorn.Server:
         """A server for the routes; on one machine compressing costs more than it saves."""
-        return uvicorn.Server(
+        return _Server(
             uvicorn.Config(
                 self.starlette,
                 ws="websockets-sansio",

@@ -82,8 +82,11 @@ class Hub:
 
     def tell(self, event: wire.Event) -> None:
         """Send an event to all pages."""
+        urgent = isinstance(event, wire.Paused)
         for page in self.pages:
             page.send(event)
+            if urgent:
+                page.hurry()
 
     def join(self, page: Page) -> None:
         """A window opens."""

@@ -8,6 +8,7 @@ a page may have only so many calls under way.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import sys
 import traceback
 from collections import deque
@@ -48,6 +49,7 @@ class Page:
         self._frames = Frames()
         self._calls: set[asyncio.Task[None]] = set()
         self._log_from: int | None = None
+        self._hurry = asyncio.Event()
         self.rate_hz = 30
         self.wants_polls = False
         self.watches: list[wire.Watched] = []
@@ -66,6 +68,10 @@ class Page:
         """This window does not read: forget it."""
         if self._reader is not None:
             self._reader.cancel()
+
+    def hurry(self) -> None:
+        """Send the state now: something happened that a person waits for."""
+        self._hurry.set()
 
     def follow_log(self, on: bool, polls: bool) -> None:
         """Send log lines from the oldest kept on, or none; `polls` asks for the IDE's own."""
@@ -143,7 +149,9 @@ class Page:
                     await self._send(frame, text=False)
                 self._hub.check_memory()
             due = max(due + 1 / (self.rate_hz or 2), loop.time())
-            await asyncio.sleep(due - loop.time())
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._hurry.wait(), due - loop.time())
+            self._hurry.clear()
 
     async def _send_log(self) -> None:
         while True:

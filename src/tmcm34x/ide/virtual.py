@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.ide.target import Tell
     from tmcm34x.ide.telegrams import Telegrams
-    from tmcm34x.links import Peer
+    from tmcm34x.links import Connect, Peer, Send
     from tmcm34x.server import Server
 
 TIMEOUT_S: Final = 1.0
@@ -39,6 +39,42 @@ _EVENT: Final = bytes((Status.POSITION_REACHED, 138))
 _GAP: Final = BY_MNEMONIC["GAP"].number
 _GGP: Final = BY_MNEMONIC["GGP"].number
 _ENCODER_NONE: Final = 0
+
+
+class _Desk:
+    """The IDE's own line, as a link of the server; `take` gets what the module sends."""
+
+    kind = "ide"
+    latency_ms = 0
+    baud_rate = None
+
+    def __init__(self, take: Send) -> None:
+        self._take = take
+        self._connect: Connect | None = None
+        self._peer: Peer | None = None
+
+    async def open(self, connect: Connect) -> str:
+        """Plug the line in."""
+        self._connect = connect
+        self.plug_in()
+        return "IDE"
+
+    def close(self) -> None:
+        """Pull it out."""
+        if self._peer is not None:
+            self._peer.disconnect()
+            self._peer = None
+
+    def plug_in(self) -> None:
+        """Begin a new conversation."""
+        self.close()
+        assert self._connect is not None
+        self._peer = self._connect("IDE", self._take)
+
+    def write(self, data: bytes) -> None:
+        """Send to the module."""
+        if self._peer is not None:
+            self._peer.receive(data)
 
 
 class Virtual:
@@ -60,7 +96,7 @@ class Virtual:
         self._memory_file = memory_file
         self._telegrams = telegrams
         self._tell: Tell = lambda event: None
-        self._peer: Peer | None = None
+        self._desk = _Desk(self._take)
         self._lock = asyncio.Lock()
         self._received = bytearray()
         self._answer: asyncio.Future[bytes] | None = None
@@ -72,12 +108,10 @@ class Virtual:
         """Plug in the line; time begins to run."""
         self._tell = tell
         self.debugger.listen(tell)
-        self._connect()
-        self.server.change_pace()
+        await self.server.open(self._desk)
 
     async def close(self) -> None:
         """Unplug and save."""
-        self._disconnect()
         await self.server.close()
 
     @property
@@ -87,14 +121,6 @@ class Virtual:
 
     # The line
 
-    def _connect(self) -> None:
-        self._peer = self.server.connect("IDE", self._take)
-
-    def _disconnect(self) -> None:
-        if self._peer is not None:
-            self._peer.disconnect()
-            self._peer = None
-
     async def exchange(self, instruction: Instruction) -> wire.Exchange:
         """Send a command and wait for its answer."""
         async with self._lock:
@@ -103,11 +129,10 @@ class Virtual:
                 return unanswered(instruction, sent, "no answer: the line is unplugged")
             if not self.module.powered:
                 return unanswered(instruction, sent, "no answer: the module has no power")
-            assert self._peer is not None
             self._received.clear()
             self._answer = asyncio.get_running_loop().create_future()
             self._telegrams.add(self.rig.now, "IDE", True, sent)
-            self._peer.receive(sent)
+            self._desk.write(sent)
             try:
                 received = await asyncio.wait_for(self._answer, self._patience(instruction))
             except TimeoutError:
@@ -134,8 +159,7 @@ class Virtual:
 
     def _reconnect(self) -> None:
         """Leave the ASCII interface: the IDE speaks binary."""
-        self._disconnect()
-        self._connect()
+        self._desk.plug_in()
         self._tell(
             wire.Output("information", "The ASCII interface was entered; the IDE has opened a new line.")
         )

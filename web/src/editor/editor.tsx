@@ -6,7 +6,7 @@ import {
 import { bracketMatching } from "@codemirror/language";
 import { lintKeymap, nextDiagnostic, setDiagnostics, type Diagnostic } from "@codemirror/lint";
 import { highlightSelectionMatches, openSearchPanel, search, searchKeymap } from "@codemirror/search";
-import { Annotation, EditorState, Prec, type Extension } from "@codemirror/state";
+import { Annotation, Compartment, EditorState, Prec, type Extension } from "@codemirror/state";
 import {
     EditorView, drawSelection, dropCursor, highlightActiveLine, highlightActiveLineGutter, highlightSpecialChars,
     keymap, lineNumbers, rectangularSelection,
@@ -26,6 +26,8 @@ import { languageServer, lspExtension } from "./server";
 import { theme } from "./theme";
 
 const fromOutside = Annotation.define<boolean>();
+/** Where the language server comes into a view, whenever it comes: text, undo history and cursor stay. */
+const language = new Compartment();
 /** The view that has or last had the focus. */
 export const currentView = signal<EditorView | null>(null);
 const editedBreakpoint = signal<{ path: string; line: number; x: number; y: number } | null>(null);
@@ -58,7 +60,7 @@ function extensions(document: TextDocument): Extension {
         lineNumbers(), highlightActiveLineGutter(),
         autocompletion({ icons: false }),
         tmcl(tables.value),
-        lspExtension(document.path),
+        language.of([]),
         Prec.high(keymap.of([
             { key: "Tab", run: acceptCompletion }, { key: "Ctrl-y", run: deleteLine }, { key: "Mod-/", run: toggleComment },
             { key: "Mod-Shift-z", run: redo }, { key: "Mod-z", run: undo },
@@ -135,13 +137,17 @@ function View({ document }: { document: TextDocument }) {
             created.destroy();
             if (currentView.peek() === created) currentView.value = null;
         };
-    }, [document, languageServer.value]);
+    }, [document]);
     return <div class="code" hidden={!shown.value} ref={host} data-path={document.path} />;
 }
 
 /** Keeps marks of a view in step with the page's state. */
 function follow(document: TextDocument, view: EditorView): (() => void)[] {
     return [
+        effect(() => {
+            void languageServer.value;
+            view.dispatch({ effects: language.reconfigure(lspExtension(document.path)) });
+        }),
         effect(() => {
             const lines = breakpoints.value.filter((point) => point.path === document.path).map((point) => {
                 const found = placed.value.find((place) => place.path === point.path && place.line === point.line);

@@ -270,9 +270,11 @@ function welcomed(event: Welcome): void {
     if (event.ability.bench) void connection.call({ call: "read_world" }).then((found) => (world.value = found));
 }
 
+/** Enough for dials and plots to look alive, and cheap. */
+const FRAMES_HZ = 20;
 /** A window in the background asks for few frames. */
 const sendRate = (): void =>
-    void connection.call({ call: "set_rate", hz: document.hidden ? 2 : 30 }).catch(() => {});
+    void connection.call({ call: "set_rate", hz: document.hidden ? 2 : FRAMES_HZ }).catch(() => {});
 document.addEventListener("visibilitychange", () => online.value && sendRate());
 
 export const flag = (motor: number, name: keyof typeof MOTOR_FLAGS): boolean =>

@@ -61,8 +61,8 @@ function Jog({ motor, direction }: { motor: number; direction: -1 | 1 }) {
 
 /** The way between where the motor has been, with position and target on it. */
 function Rail({ motor }: { motor: number }) {
-    const carriage = useRef<SVGGElement>(null);
-    const goal = useRef<SVGPathElement>(null);
+    const carriage = useRef<HTMLDivElement>(null);
+    const goal = useRef<HTMLDivElement>(null);
     const range = useRef({ low: -1000, high: 1000 });
     const labels = useSignal<[string, string]>(["", ""]);
     useSignalEffect(() => {
@@ -76,18 +76,20 @@ function Rail({ motor }: { motor: number }) {
         }
         const { low, high } = range.current;
         if (labels.peek()[1] !== grouped(high)) labels.value = [grouped(low), grouped(high)];
-        const place = (value: number) => 6 + ((Math.max(low, Math.min(high, value)) - low) / (high - low)) * 188;
-        carriage.current?.setAttribute("transform", `translate(${place(position).toFixed(1)} 0)`);
-        goal.current?.setAttribute("transform", `translate(${place(target).toFixed(1)} 0)`);
-        goal.current?.classList.toggle("unused", mode !== 0);
+        const place = (value: number) => `translateX(${(((Math.max(low, Math.min(high, value)) - low) / (high - low)) * 100).toFixed(2)}%)`;
+        if (carriage.current) carriage.current.style.transform = place(position);
+        if (goal.current && goal.current.dataset.at !== `${target} ${mode}`) {
+            goal.current.dataset.at = `${target} ${mode}`;
+            goal.current.style.transform = place(target);
+            goal.current.classList.toggle("unused", mode !== 0);
+        }
     });
     return (
         <div class="rail">
-            <svg viewBox="0 0 200 20" preserveAspectRatio="none" role="img" aria-label={`Position of motor ${motor}`}>
-                <path class="bar" d="M6 12H194" /><path class="zero" d="M100 7v10" />
-                <path class="goal" ref={goal} d="M0 8-3.500 2H3.500Z" />
-                <g ref={carriage}><rect class="carriage" x="-4.500" y="7.500" width="9" height="9" rx="2" /></g>
-            </svg>
+            <div class="way" role="img" aria-label={`Position of motor ${motor}`}>
+                <div class="slide goal" ref={goal}><i /></div>
+                <div class="slide carriage" ref={carriage}><i /></div>
+            </div>
             <span class="low">{labels.value[0]}</span><span class="high">{labels.value[1]}</span>
         </div>
     );
@@ -114,6 +116,7 @@ function Axis({ motor }: { motor: number }) {
         return `${short(rate(scale, now) / 1000)} k\u00b5steps/s · ${short(rpm(scale, now))} rpm`;
     });
     const load = useComputed(() => motors[motor]!.value.load);
+    const still = useComputed(() => motors[motor]!.value.speed === 0);
     const current = useComputed(() => motors[motor]!.value.current);
     const mode = useComputed(() => motors[motor]!.value.mode);
     const search = useComputed(() => motors[motor]!.value.search);
@@ -145,7 +148,7 @@ function Axis({ motor }: { motor: number }) {
                 <div class="unit">{unit}</div>
                 {drivers && (
                     <div class="meters">
-                        <span title="Load value of the driver, 0 to 7 (axis parameter 206)">load <Bar value={load.value} top={7} tone={motors[motor]!.value.speed ? "load" : "load idle"} label="load" /> <b>{load}</b></span>
+                        <span title="Load value of the driver, 0 to 7 (axis parameter 206)">load <Bar value={load.value} top={7} tone={still.value ? "load idle" : "load"} label="load" /> <b>{load}</b></span>
                         <span title="Coil current now">{top ? `${Math.round((current.value / 255) * top)} mA` : "current"} <Bar value={current.value} top={255} tone="current" label="current" /></span>
                     </div>
                 )}

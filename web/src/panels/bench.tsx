@@ -1,4 +1,5 @@
 // The bench around a virtual module: what a hand would do with switches, shafts, wires and the power supply.
+import { computed } from "@preact/signals";
 import { board, can, flag, motors, plugged, powered, timePaused, time, welcome, world, ask } from "../logic/app";
 import type { SetBench } from "../wire";
 import { Empty, Lamp, NumberField, Switch } from "../widgets/basics";
@@ -10,9 +11,11 @@ const set = (what: SetBench["what"], index: number, value: number, fault = "") =
 
 export const SPEEDS = [[0.01, "1/100"], [0.1, "1/10"], [0.25, "1/4"], [1, "1×"], [4, "4×"], [10, "10×"], [100, "100×"], [0, "max"]] as const;
 
+const askedSpeed = computed(() => time.value.asked);
+
 export function TimeControls() {
     if (!can.value.bench) return null;
-    const asked = time.value.asked;
+    const asked = askedSpeed.value;
     const speed = (value: number) => ask({ call: "set_time", paused: timePaused.value, speed: value });
     const listed = SPEEDS.some(([value]) => Math.abs(value - asked) < 1e-6);
     return (

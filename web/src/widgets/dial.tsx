@@ -1,12 +1,13 @@
-// A motor's dial: the rotor as it stands, the speed as an arc, the load as a ring; drawn at frame rate.
+// A motor's dial: the rotor as it stands, the speed as an arc.  The rotor is a layer of its own, which the browser
+// turns without painting anything anew.
 import { useSignalEffect } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { MOTOR_FLAGS } from "../wire";
 import { motors } from "../logic/app";
 
 const TOP_SPEED = 2047;
-const SIZE = 112;
 const R = 47;
+const BOX = "-56 -56 112 112";
 
 function arc(fraction: number): string {
     const clipped = Math.max(-1, Math.min(1, fraction));
@@ -23,33 +24,39 @@ const TICKS = Array.from({ length: 50 }, (_, n) => {
 }).join("");
 
 export function Dial({ motor }: { motor: number }) {
-    const rotor = useRef<SVGGElement>(null);
+    const rotor = useRef<SVGSVGElement>(null);
     const field = useRef<SVGPathElement>(null);
     const speed = useRef<SVGPathElement>(null);
+    const shown = useRef({ speed: NaN, slip: NaN });
     useSignalEffect(() => {
         const state = motors[motor]!.value;
         const turn = ((state.angle / Math.PI) * 180) % 360;
-        rotor.current?.setAttribute("transform", `rotate(${turn.toFixed(2)})`);
-        const coil = turn + (state.slip / 200) * 360;
-        field.current?.setAttribute("transform", `rotate(${coil.toFixed(2)})`);
-        field.current?.classList.toggle("away", state.slip !== 0);
-        const share = Math.sign(state.speed) * Math.sqrt(Math.abs(state.speed) / TOP_SPEED);
-        speed.current?.setAttribute("d", arc(share));
+        if (rotor.current) rotor.current.style.transform = `rotate(${turn.toFixed(2)}deg)`;
+        if (state.slip !== 0 || shown.current.slip !== 0) {
+            shown.current.slip = state.slip;
+            field.current?.setAttribute("transform", `rotate(${(turn + (state.slip / 200) * 360).toFixed(1)})`);
+            field.current?.classList.toggle("away", state.slip !== 0);
+        }
+        if (state.speed !== shown.current.speed) {
+            shown.current.speed = state.speed;
+            speed.current?.setAttribute("d", arc(Math.sign(state.speed) * Math.sqrt(Math.abs(state.speed) / TOP_SPEED)));
+        }
         rotor.current?.classList.toggle("dead", (state.flags & MOTOR_FLAGS.energised) === 0);
     });
     return (
-        <svg class={`dial motor${motor}`} width={SIZE} height={SIZE} viewBox="-56 -56 112 112" role="img"
-            aria-label={`Rotor of motor ${motor}`}>
-            <path class="track" d={`${arc(-1)}${arc(1)}`} />
-            <path class="speed" ref={speed} d="" />
-            <path class="ticks" d={TICKS} />
-            <path class="coil" ref={field} d="M0 -42 3 -47 -3 -47Z" />
-            <g ref={rotor} class="rotor">
+        <div class={`dial motor${motor}`} role="img" aria-label={`Rotor of motor ${motor}`}>
+            <svg viewBox={BOX}>
+                <path class="track" d={`${arc(-1)}${arc(1)}`} />
+                <path class="speed" ref={speed} d="" />
+                <path class="ticks" d={TICKS} />
+                <path class="coil" ref={field} d="M0 -42 3 -47 -3 -47Z" />
+            </svg>
+            <svg viewBox={BOX} class="rotor" ref={rotor}>
                 <circle r="31" class="disc" />
                 <path class="flat" d="M-3.200 -28h6.400l-1.200 19h-4Z" />
                 <path class="spoke" d="M0 9v17M-8 4.500-22.500 13M8 4.500 22.500 13" />
                 <circle r="6.5" class="hub" /><circle r="2" class="shaft" />
-            </g>
-        </svg>
+            </svg>
+        </div>
     );
 }
