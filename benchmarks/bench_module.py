@@ -13,7 +13,7 @@ from time import process_time
 
 from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
-from tmcm34x.clock import HZ, run_until
+from tmcm34x.clock import HZ, Part, run_until
 from tmcm34x.firmware.module import Module
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.tmcl.datagram import Instruction, pack_request
@@ -30,9 +30,11 @@ def switched_on(model: int) -> Module:
     return module
 
 
-def moving(model: int) -> tuple[float, int]:
-    """Times real time with three axes that get a new random target as soon as they arrive; number of moves."""
-    module = switched_on(model)
+def moving(part: Part, module: Module, seconds: float) -> tuple[float, int]:
+    """Times real time with three axes that get a new random target as soon as they arrive; number of moves.
+
+    part: what is brought through time, the module itself or the bench that it belongs to
+    """
     rng = random.Random(343)
     arrived: list[int] = [0, 1, 2]
     ports = [
@@ -41,13 +43,13 @@ def moving(model: int) -> tuple[float, int]:
     ]
     moves = 0
     start = process_time()
-    while module.now < MOVING_S * HZ:
+    while module.now < seconds * HZ:
         while arrived:
             motor = arrived.pop()
             moves += 1
             ports[motor].receive(pack_request(1, Instruction(4, 0, motor, rng.randint(-REACH, REACH))))
             ports[motor].receive(pack_request(1, Instruction(138, 0, 0, 1 << motor)))
-        module.advance(module.next_event())
+        part.advance(part.next_event())
     return module.now / HZ / (process_time() - start), moves
 
 
@@ -94,7 +96,8 @@ def memory(model: int) -> float:
 
 def main() -> None:
     for model in MODELS:
-        factor, moves = moving(model)
+        module = switched_on(model)
+        factor, moves = moving(module, module, MOVING_S)
         print(f"{MODELS[model].name}: three axes, {moves} random moves: {factor:,.0f} times real time")
     print(f"an hour of rest: {resting() * 1e3:.3f} ms")
     for name, instruction in (

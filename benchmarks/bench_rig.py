@@ -10,17 +10,21 @@ from __future__ import annotations
 
 import time
 
+from bench_module import moving
+
 from tmcm34x.bench import Rig, build, simple_rig
 from tmcm34x.bench.description import parse
-from tmcm34x.clock import HZ, MS, run_until
+from tmcm34x.clock import HZ, MS
 from tmcm34x.tmcl.datagram import Instruction
 
-SECONDS = 200
+SECONDS = 500
+BARE, LOADED = 1000, 500
+"""Times real time that must be reached."""
 AXIS = """
 [[module.axis]]
-load = { kind = "carriage", mass_kg = 1, friction_n = 3, low = -51, high = 51, force = [[-50, 0], [0, 20], [10, 0]] }
-switch.left = { position = -50.0, hysteresis = 0.05 }
-switch.right = { position = 50.0, hysteresis = 0.05 }
+load = { kind = "carriage", mass_kg = 1, friction_n = 3, low = -401, high = 401, force = [[-400, 0], [0, 20], [80, 0]] }
+switch.left = { position = -400.0, hysteresis = 0.05 }
+switch.right = { position = 400.0, hysteresis = 0.05 }
 switch.reference = { position = 5.0, width = 1.0, hysteresis = 0.05 }
 switch.bounce_ms = {bounce}
 encoder = { lines = 1000 }
@@ -34,17 +38,11 @@ def full(bounce: float = 0.0) -> Rig:
 
 
 def shuttle(rig: Rig) -> float:
-    """Send three axes to and fro, a command for each every second; returns times real time."""
+    """Send three axes to random places, each to the next as soon as it is there; returns times real time."""
     module = rig.modules[0]
     for motor in range(3):
-        module.execute(Instruction(5, 13, motor, 1))
-    start = time.process_time()
-    for second in range(SECONDS):
-        for motor in range(3):
-            target = (20_000, -15_000, 9_000)[(second + motor) % 3]
-            module.execute(Instruction(4, 0, motor, target))
-        run_until(rig, (second + 1) * HZ)
-    return SECONDS / (time.process_time() - start)
+        module.execute(Instruction(5, 13, motor, 1))  # the reference switch must not stop it
+    return moving(rig, module, SECONDS)[0]
 
 
 def homing(rig: Rig) -> float:
@@ -82,9 +80,12 @@ def poll(count: int) -> float:
 
 
 if __name__ == "__main__":
-    print(f"three axes to and fro, bare        {shuttle(simple_rig()):8.0f} x real time")
-    print(f"three axes to and fro, full bench  {shuttle(full()):8.0f} x real time")
-    print(f"  with contacts that bounce        {shuttle(full(1.0)):8.0f} x real time")
+    bare, loaded, bouncing = (shuttle(rig) for rig in (simple_rig(), full(), full(1.0)))
+    print(f"random moves, bare motors          {bare:8.0f} x real time")
+    print(f"random moves, switches and loads   {loaded:8.0f} x real time")
+    print(f"  with contacts that bounce        {bouncing:8.0f} x real time")
     print(f"three reference searches at once   {homing(full(1.0)):8.0f} x real time")
+    reached = "reached" if bare >= BARE and loaded >= LOADED else "MISSED"
+    print(f"must: {BARE} with bare motors, {LOADED} with switches and loads: {reached}")
     for count in (1, 16, 64):
         print(f"one of {count:2} modules asked and answered {poll(count) * 1e6:6.0f} us")
