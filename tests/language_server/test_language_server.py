@@ -14,7 +14,7 @@ import pytest
 
 from tmcm34x.language_server import name_of, serve_messages, uri_of
 
-URI = "file:///work/x.tmc"
+URI = "file:///project/x.tmc"
 PROGRAM = "Speed = 500 // größer 𝄞\nGo:     ROR   0, Speed\n        JA    Go\n"
 
 
