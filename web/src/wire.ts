@@ -537,11 +537,12 @@ export interface SetRate {
     hz: number;
 }
 
-/** Send this page the telegram log from now on, or no more; with the IDE's own polling or without. */
+/** Send this page the telegram log from now on, or no more; with the IDE's own polling or without. since: number of the last line that the page has had */
 export interface FollowLog {
     call: "follow_log";
     on: boolean;
     polls?: boolean;
+    since?: number;
 }
 
 /** Change something on the virtual bench. */

@@ -364,7 +364,7 @@ class Hub:
         page.rate_hz = max(0, min(MAX_RATE_HZ, call.hz))
 
     async def _follow_log(self, page: Page, call: wire.FollowLog) -> None:
-        page.follow_log(call.on, call.polls)
+        page.follow_log(call)
         self.telegrams.polls_wanted = any(other.wants_polls for other in self.pages)
 
     # The bench

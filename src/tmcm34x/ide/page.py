@@ -73,11 +73,10 @@ class Page:
         """Send the state now: something happened that a person waits for."""
         self._hurry.set()
 
-    def follow_log(self, on: bool, polls: bool) -> None:
-        """Send log lines from the oldest kept on, or none; `polls` asks for the IDE's own."""
-        if on != (self._log_from is not None):
-            self._log_from = 0 if on else None
-        self.wants_polls = on and polls
+    def follow_log(self, call: wire.FollowLog) -> None:
+        """Send log lines from those on that the page has, or none."""
+        self._log_from = call.since if call.on else None
+        self.wants_polls = call.on and call.polls
 
     async def serve(self) -> None:
         """Talk to the page until it goes."""

@@ -543,10 +543,14 @@ class SetRate(Call, tag="set_rate"):
 
 
 class FollowLog(Call, tag="follow_log"):
-    """Send this page the telegram log from now on, or no more; with the IDE's own polling or without."""
+    """Send this page the telegram log from now on, or no more; with the IDE's own polling or without.
+
+    since: number of the last line that the page has had
+    """
 
     on: bool
     polls: bool = False
+    since: int = 0
 
 
 class SetBench(Call, tag="set_bench"):

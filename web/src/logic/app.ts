@@ -102,12 +102,12 @@ export const LOG_LINES = 5000;
 export const telegrams = signal<Telegram[]>([]);
 export const droppedTelegrams = signal(0);
 
-/** The server numbers telegrams; after a reload of the connection it sends some again. */
+/** Number of the last telegram that this page has had. */
+export const lastTelegram = { value: 0 };
+
 function addTelegrams(lines: Telegram[]): void {
-    const last = telegrams.value[telegrams.value.length - 1]?.number ?? 0;
-    const first = lines[0]?.number ?? 0;
-    const known = first <= last ? telegrams.value.filter((line) => line.number < first) : telegrams.value;
-    telegrams.value = known.concat(lines).slice(-LOG_LINES);
+    lastTelegram.value = lines[lines.length - 1]?.number ?? lastTelegram.value;
+    telegrams.value = telegrams.value.concat(lines).slice(-LOG_LINES);
 }
 
 // ------------------------------------------------------------------ notices
@@ -263,6 +263,8 @@ function welcomed(event: Welcome): void {
     holdOnErrors.value = event.errors;
     breakpoints.value = event.breakpoints;
     progress.value = null;
+    lastTelegram.value = 0;
+    telegrams.value = [];
     document.title = `${event.model.name} · tmcm34x`;
     sendRate();
     if (watches.value.length) sendWatches();

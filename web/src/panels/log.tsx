@@ -1,7 +1,7 @@
 // All telegrams of all links, decoded.
 import { useComputed, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { ask, can, connection, droppedTelegrams, online, tables, telegrams } from "../logic/app";
+import { ask, can, connection, droppedTelegrams, lastTelegram, online, tables, telegrams } from "../logic/app";
 import { remembered } from "../logic/settings";
 import { matches } from "../logic/text";
 import { Empty, offer } from "../widgets/basics";
@@ -15,7 +15,7 @@ const ROW = 19;
 export function Log() {
     useEffect(() => {
         if (!online.value) return;
-        void ask({ call: "follow_log", on: true, polls: polls.value });
+        void ask({ call: "follow_log", on: true, polls: polls.value, since: lastTelegram.value });
         return () => void connection.call({ call: "follow_log", on: false }).catch(() => {});
     }, [online.value, polls.value]);
     const box = useRef<HTMLDivElement>(null);

@@ -1,6 +1,6 @@
 // Palette, overview of keys, notices, and what is said when the server is away.
 import { useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { ACTIONS, overview, perform } from "../logic/actions";
 import { connection, dismiss, files, link, notices, powered, progress, welcome } from "../logic/app";
 import { openFile, openPage, PAGES, type PageName } from "../logic/documents";
@@ -14,7 +14,7 @@ export function Palette() {
     const chosen = useSignal(0);
     const field = useRef<HTMLInputElement>(null);
     const open = palette.value !== null;
-    useEffect(() => {
+    useLayoutEffect(() => {
         if (open) field.current?.focus();
         chosen.value = 0;
     }, [open]);
@@ -57,7 +57,7 @@ export function Palette() {
 
 export function Overview() {
     const box = useRef<HTMLDivElement>(null);
-    useEffect(() => box.current?.focus(), [overview.value]);
+    useLayoutEffect(() => box.current?.focus(), [overview.value]);
     if (!overview.value) return null;
     const groups = ["Program", "Module", "File", "View"] as const;
     return (
