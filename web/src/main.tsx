@@ -48,7 +48,7 @@ function TopBar() {
             {can.value.bench && <Clock />}
             <TimeControls />
             <button class="stop-all" disabled={!action("stop_all").enabled!()} title="Stop the program and all motors (F10)" onClick={() => perform("stop_all")}>STOP ALL <kbd>F10</kbd></button>
-            <ActionButton id="theme" /><ActionButton id="keys" />
+            <ActionButton id="open" /><ActionButton id="theme" /><ActionButton id="keys" />
         </header>
     );
 }
