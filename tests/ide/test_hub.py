@@ -495,3 +495,64 @@ def test_a_bug_in_the_server_reaches_the_page_and_the_terminal(tmp_path, capsys)
 
     asyncio.run(run())
     assert "Traceback" in capsys.readouterr().err
+
+
+def test_breakpoints_have_conditions_hits_and_messages(tmp_path):
+    path = _write(tmp_path, "Loop: CALC ADD, 1\nWAIT TICKS, 0, 1\nJA Loop\n")
+
+    async def scenario(ide, page):
+        await page.call(wire.Download(path))
+        placed = await page.call(
+            wire.SetBreakpoints(
+                [
+                    wire.Breakpoint(path, 2, log="round {accumulator}"),
+                    wire.Breakpoint(path, 3, condition="accumulator == 3"),
+                    wire.Breakpoint(path, 1, condition="accumulator >"),
+                    wire.Breakpoint(path, 3, hits="5"),
+                ]
+            )
+        )
+        assert [place["address"] for place in placed] == [1, 2, -1, 2]
+        assert placed[2]["reason"]
+        await page.call(wire.ControlProgram("run"))
+        assert (await page.event(wire.Output)).text == "1: round 1"
+        await page.event(wire.Paused)
+        await page.until(lambda: page.state["program"]["paused"])
+        assert page.state["program"]["accumulator"] == 3
+        await page.call(wire.ControlProgram("continue"))
+        await page.event(wire.Paused)
+        await page.until(lambda: page.state["program"]["accumulator"] == 5)
+
+    _go(tmp_path, scenario, speed=10)
+
+
+def test_a_refused_command_holds_the_program_when_asked(tmp_path):
+    path = _write(tmp_path, "SAP 4, 7, 1\nSTOP\n")
+
+    async def scenario(ide, page):
+        await page.call(wire.Download(path))
+        await page.call(wire.SetBreakpoints([], errors=True))
+        await page.call(wire.ControlProgram("run"))
+        paused = await page.event(wire.Paused)
+        assert (paused.reason, paused.address) == ("exception", 0)
+        assert "invalid value" in paused.text
+
+    _go(tmp_path, scenario, speed=0.01)
+
+
+def test_expressions_are_evaluated_and_assigned(tmp_path):
+    path = _write(tmp_path, "Speed = 300\nROR 0, Speed\nSTOP\n")
+
+    async def scenario(ide, page):
+        await page.call(wire.Download(path))
+        assert await page.call(wire.Assign("gp[3]", "Speed * 2")) == 600
+        assert await page.call(wire.Assign("accumulator", "-5")) == -5
+        values = await page.call(
+            wire.Evaluate(["gp[3] + accumulator", "ap[max_speed][0]", "nonsense", "1 +"])
+        )
+        assert values[:2] == [595, 1000]
+        assert all(isinstance(value, str) for value in values[2:])
+        assert await page.refusal(wire.Assign("time_ms", "1")) == "expression"
+        await page.until(lambda: page.state["program"]["accumulator"] == -5)
+
+    _go(tmp_path, scenario)

@@ -226,6 +226,40 @@ def test_a_mistake_is_underlined_listed_and_found_by_a_click(page: Page):
     expect(page.locator(".status-bar .pill").first).to_have_text("stopped")
 
 
+def test_the_language_server_completes_explains_and_mends(page: Page):
+    expect(page.get_by_text("language server", exact=True)).to_be_visible()
+    page.locator(".cm-content").press("Control+End")
+    page.keyboard.type("SAP ", delay=20)
+    expect(page.locator(".cm-tooltip-autocomplete")).to_contain_text("maximum positioning speed")
+    page.keyboard.press("Escape")
+    page.keyboard.type("4, 0, 1\nMWP ABS, 0, 5")
+    expect(page.locator(".inlay", has_text="maximum positioning speed")).to_be_visible()
+    page.locator(".cm-lintRange-error").last.hover()
+    page.get_by_role("button", name="Change to MVP").click()
+    expect(page.locator(".cm-content")).to_contain_text("MVP ABS, 0, 5")
+    expect(page.locator(".cm-lintRange-error")).to_have_count(0)
+    page.locator(".cm-line", has_text="JA Loop").get_by_text("JA").hover()
+    expect(page.locator(".cm-tooltip-hover")).to_contain_text("jump always")
+
+
+def test_watches_and_registers_are_seen_and_changed(page: Page):
+    _tab(page, "Program")
+    field = page.get_by_role("textbox", name="New watch")
+    field.fill("gp[7] * 2")
+    field.press("Enter")
+    expect(page.get_by_role("textbox", name="Value of gp[7] * 2")).to_have_value("0")
+    variable = page.get_by_role("textbox", name="User variable 7")
+    variable.fill("21")
+    variable.press("Enter")
+    expect(page.get_by_role("textbox", name="Value of gp[7] * 2")).to_have_value("42")
+    register = page.get_by_role("textbox", name="accumulator")
+    register.fill("-9")
+    register.press("Enter")
+    expect(page.locator(".status-bar")).to_contain_text("accumulator -9")
+    page.get_by_role("button", name="ETO").click()
+    expect(page.get_by_role("button", name="ETO")).to_have_attribute("aria-pressed", "true")
+
+
 def test_unsaved_text_is_marked_saved_by_key_and_kept_over_a_reload(page: Page, ide: Ide):
     page.locator(".cm-content").press("Control+Home")
     page.keyboard.type("// hello\n")
