@@ -1,17 +1,21 @@
 """CAN clients: PyTrinamic and python-can through an SLCAN adapter, and python-can on a bus of its own."""
 
 import asyncio
+from pathlib import Path
 
 import can
 import pytest
 import serial
 from pytrinamic.connections import ConnectionManager
+from pytrinamic.modules import TMCM3110
 from pytrinamic.tmcl import TMCLReplyStatusError
 
 from tmcm34x.bench import simple_rig
 from tmcm34x.links import LinkError
 from tmcm34x.links.can import CanBusLink
 from tmcm34x.server import Server
+
+BENCHES = Path(__file__).parents[2] / "examples" / "benches"
 
 
 @pytest.mark.filterwarnings("ignore:.*ttyBaudrate:DeprecationWarning")
@@ -26,6 +30,22 @@ def test_pytrinamic_drives_three_axes_over_slcan(serve, wait_for):
         with pytest.raises(TMCLReplyStatusError) as caught:
             host.get_axis_parameter(77, 0)
         assert caught.value.status_code == 3
+
+
+@pytest.mark.filterwarnings("ignore:.*ttyBaudrate:DeprecationWarning")
+def test_the_class_of_the_nearest_module_moves_and_homes_three_axes_over_slcan(serve, wait_for):
+    """PyTrinamic's TMCM3110 on a bench with switches on all three axes."""
+    path = serve("--slcan", "--bench", BENCHES / "pick-and-place.toml", "--speed", 20).links[0][1]
+    with ConnectionManager(f"--interface slcan_tmcl --port {path}").connect() as host:
+        module = TMCM3110(host)
+        for axis in range(3):
+            host.reference_search(0, axis)
+        assert wait_for(lambda: not any(host.reference_search(2, axis) for axis in range(3)))
+        for axis, motor in enumerate(module.motors):
+            assert motor.actual_position == pytest.approx(0, abs=1)
+            module.move_to(axis, 3000 * (axis + 1))
+        assert wait_for(lambda: all(motor.get_position_reached() for motor in module.motors))
+        assert module.motors[2].actual_position == pytest.approx(9000, abs=1)
 
 
 def ask(port, frame):
