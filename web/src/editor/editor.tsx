@@ -11,7 +11,7 @@ import {
     EditorView, drawSelection, dropCursor, highlightActiveLine, highlightActiveLineGutter, highlightSpecialChars,
     keymap, lineNumbers, rectangularSelection,
 } from "@codemirror/view";
-import { computed, effect, signal, useSignal, useSignalEffect } from "@preact/signals";
+import { effect, signal, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { breakpoints, halted, loaded, placed, program, setBreakpoints, tables, welcome } from "../logic/app";
 import { assembled } from "../logic/build";
@@ -141,11 +141,6 @@ function View({ document }: { document: TextDocument }) {
     return <div class="code" hidden={!shown.value} ref={host} data-path={document.path} />;
 }
 
-const counter = computed(() => program.value.counter);
-const underWay = computed(() => program.value.state === 1 || program.value.paused === 1 || counter.value > 0);
-/** The line that the module executes, while it executes something; registers change far more often. */
-const executed = computed(() => (underWay.value ? loaded.value?.lines[counter.value] : undefined));
-
 /** Keeps marks of a view in step with the page's state. */
 function follow(document: TextDocument, view: EditorView): (() => void)[] {
     return [
@@ -170,9 +165,11 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
             view.dispatch({ effects: putAddresses.of(addresses) });
         }),
         effect(() => {
-            const line = executed.value;
+            const { counter, state } = program.value;
+            const line = loaded.value?.lines[counter];
             const here = line && line.path === document.path && line.line > 0;
-            view.dispatch({ effects: putExecution.of(here ? { line: line.line, held: halted.value } : null) });
+            const shown = here && (state === 1 || program.value.paused || counter > 0);
+            view.dispatch({ effects: putExecution.of(shown ? { line: line.line, held: halted.value } : null) });
         }),
         effect(() => {
             if (languageServer.value) return;
@@ -193,11 +190,11 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
     ];
 }
 
-const held = computed(() => program.value.paused === 1);
 /** The debugger held the program: bring its line into view, opening the file if needed. */
 effect(() => {
-    if (!held.value) return;
-    const line = loaded.peek()?.lines[counter.value];
+    const { counter, paused } = program.value;
+    if (!paused) return;
+    const line = loaded.peek()?.lines[counter];
     if (!line?.line) return;
     void (async () => {
         if (active.peek() !== line.path && !(await openFile(line.path))) return;
