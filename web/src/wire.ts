@@ -554,11 +554,11 @@ export interface SetBench {
     fault?: string;
 }
 
-/** Pace of virtual time: `speed` 0 is as fast as possible; -1 leaves it. */
+/** Pace of virtual time: what is not given stays; `speed` 0 is as fast as possible. */
 export interface SetTime {
     call: "set_time";
-    paused: boolean;
-    speed?: number;
+    paused?: boolean | null;
+    speed?: number | null;
 }
 
 /** Let virtual time go on by so many milliseconds, and hold it. */

@@ -306,7 +306,9 @@ class Virtual:
 
     def set_time(self, call: wire.SetTime) -> None:
         """Hold time, let it go, change its speed."""
-        self.server.change_pace(speed=call.speed if call.speed >= 0 else None, paused=call.paused)
+        self.server.change_pace(
+            speed=None if call.speed is None else max(0.0, call.speed), paused=call.paused
+        )
         self._seen = None
         self._speed = self.server.pace.speed
 

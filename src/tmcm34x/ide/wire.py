@@ -563,10 +563,10 @@ class SetBench(Call, tag="set_bench"):
 
 
 class SetTime(Call, tag="set_time"):
-    """Pace of virtual time: `speed` 0 is as fast as possible; -1 leaves it."""
+    """Pace of virtual time: what is not given stays; `speed` 0 is as fast as possible."""
 
-    paused: bool
-    speed: float = -1
+    paused: bool | None = None
+    speed: float | None = None
 
 
 class StepTime(Call, tag="step_time"):

@@ -2,7 +2,7 @@
 import { effect, signal } from "@preact/signals";
 import { find, toggleHere } from "../editor/editor";
 import { showHints } from "../editor/server";
-import { ask, can, online, program, send, stopAll, timePaused, time, welcome } from "./app";
+import { ask, can, online, program, send, stopAll, timePaused, welcome } from "./app";
 import { assemble, busy, download, run, upload } from "./build";
 import {
     active, activeDocument, activeTab, closeTab, mainFile, newFile, openPage, save, saveAll, type PageName,
@@ -67,7 +67,7 @@ export const ACTIONS: Action[] = [
     })),
     { id: "pause_time", title: "Hold or release time", group: "Module", keys: ["Ctrl+F9"],
         hint: "Freeze the virtual module and the world around it", enabled: () => online.value && can.value.bench,
-        run: () => ask({ call: "set_time", paused: !timePaused.value, speed: time.value.asked }) },
+        run: () => ask({ call: "set_time", paused: !timePaused.value }) },
     { id: "step_time", title: "Let one millisecond pass", group: "Module", keys: ["Ctrl+F10"],
         enabled: () => online.value && can.value.bench, run: () => ask({ call: "step_time", ms: 1 }) },
 

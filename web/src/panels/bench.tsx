@@ -16,13 +16,13 @@ const askedSpeed = computed(() => time.value.asked);
 export function TimeControls() {
     if (!can.value.bench) return null;
     const asked = askedSpeed.value;
-    const speed = (value: number) => ask({ call: "set_time", paused: timePaused.value, speed: value });
+    const speed = (value: number) => ask({ call: "set_time", speed: value });
     const listed = SPEEDS.some(([value]) => Math.abs(value - asked) < 1e-6);
     return (
         <span class="time-controls">
             <button class={`tool ${timePaused.value ? "on" : ""}`} aria-pressed={timePaused.value} aria-label="Hold time"
                 title="Hold time: module and world stand still (Ctrl+F9)"
-                onClick={() => ask({ call: "set_time", paused: !timePaused.value, speed: asked })}>
+                onClick={() => ask({ call: "set_time", paused: !timePaused.value })}>
                 <Icon name={timePaused.value ? "play" : "pause"} /></button>
             <button class="tool text" title="Let one millisecond pass, then hold (Ctrl+F10)" aria-label="One millisecond"
                 onClick={() => ask({ call: "step_time", ms: 1 })}>+1 ms</button>
