@@ -428,6 +428,7 @@ def test_direct_mode_by_form_by_line_and_from_history(page: Page):
     expect(page.locator(".answers .command").first).to_have_text("SAP 4, 1, 777")
     expect(page.locator(".answers .bytes").first).to_contain_text("01 05 04 01 00 00 03 09 17")
     _line(page, "GAP 4, 1")
+    expect(page.locator(".answers .command").first).to_have_text("GAP 4, 1")
     expect(page.locator(".answers .value").first).to_have_text("777")
     field = page.get_by_role("textbox", name="Command line")
     field.press("ArrowUp")

@@ -19,10 +19,19 @@ async function perform(run: () => Promise<Exchange | null>): Promise<void> {
     const exchange = await run();
     if (!exchange) return;
     answers.value = [...answers.value.slice(-199), { exchange, at: ++counter }];
-    history.value = [...history.value.filter((text) => text !== exchange.text).slice(-99), exchange.text];
+    if (exchange.text !== history.value[history.value.length - 1]) recall(exchange.text);
 }
 
-const executeLine = (text: string) => perform(() => ask({ call: "execute_text", line: text }));
+/** Have a line come back with the arrow key. */
+function recall(text: string): void {
+    history.value = [...history.value.filter((other) => other !== text).slice(-99), text];
+}
+
+/** The line is in the history at once, answered or not. */
+function executeLine(text: string): Promise<void> {
+    recall(text);
+    return perform(() => ask({ call: "execute_text", line: text }));
+}
 
 function parameterRows(operand: OperandShape, bank: number): Parameter[] {
     if (operand.kind === "axis_parameter") return tables.value.axis;
