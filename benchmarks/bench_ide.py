@@ -9,6 +9,7 @@ main thread at 20 frames a second, 60 ms from a key to its diagnostics in 2,048 
 line, 20 MB of growth in an hour (`--hour`; without it half a minute, with all rings filled before).
 """
 
+import atexit
 import re
 import shutil
 import statistics
@@ -60,6 +61,7 @@ class Ide:
 
     def __init__(self, playwright: object, folder: Path, file: str) -> None:
         self.process = subprocess.Popen([*COMMAND, str(folder / file)], stdout=subprocess.PIPE, text=True)
+        atexit.register(self.process.kill)
         url = self.process.stdout.readline().split()[-1]
         self.browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
         self.page: Page = self.browser.new_page(viewport={"width": 1280, "height": 720})
