@@ -306,6 +306,25 @@ def test_a_new_program_is_written_saved_and_renamed(page: Page, ide: Ide):
     _until(page, (ide.folder / "other.tmc").exists)
 
 
+def test_a_field_keeps_what_is_typed_while_the_page_moves_on(page: Page, ide: Ide):
+    page.get_by_role("treeitem", name="program.tmc").dblclick()
+    page.locator(".rename").fill("half a na")
+    (ide.folder / "other.tmc").write_text("STOP\n")
+    expect(page.get_by_role("treeitem", name="other.tmc")).to_be_visible()
+    expect(page.locator(".rename")).to_have_value("half a na")
+    page.keyboard.press("Escape")
+    _tab(page, "Program")
+    field = page.get_by_role("textbox", name="New watch")
+    field.fill("time_ms")
+    field.press("Enter")
+    watch = page.get_by_role("textbox", name="Watch 0")
+    watch.fill("half an expr")
+    value = page.get_by_role("textbox", name="Value of time_ms")
+    before = value.input_value()
+    _until(page, lambda: value.input_value() != before)
+    expect(watch).to_have_value("half an expr")
+
+
 def test_find_and_replace_undo_and_the_palette(page: Page):
     page.locator(".cm-content").click()
     page.keyboard.press("Control+f")

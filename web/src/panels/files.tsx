@@ -1,5 +1,6 @@
 // The opened folder.
 import { useSignal } from "@preact/signals";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { ask, files, welcome } from "../logic/app";
 import { active, documents, mainFile, newFile, openFile, openPage, problems, rename } from "../logic/documents";
 import { remembered } from "../logic/settings";
@@ -55,18 +56,7 @@ function Entry({ entry, renamed }: { entry: FileEntry; renamed: { value: string 
                 onClick={() => (folded.value = { ...folded.value, [entry.path]: !isFolded(entry.path) })}>
                 <Icon name={isFolded(entry.path) ? "right" : "down"} size={12} /><span>{short}</span></button>
         );
-    if (renamed.value === entry.path)
-        return (
-            <input class="rename" value={short} aria-label={`New name of ${short}`} ref={(field) => field?.focus()}
-                onBlur={() => (renamed.value = "")}
-                onKeyDown={(event) => {
-                    if (event.key === "Escape") renamed.value = "";
-                    if (event.key !== "Enter") return;
-                    const to = entry.path.slice(0, entry.path.length - short.length) + event.currentTarget.value.trim();
-                    renamed.value = "";
-                    if (to !== entry.path) void rename(entry.path, to);
-                }} />
-        );
+    if (renamed.value === entry.path) return <Rename entry={entry} short={short} done={() => (renamed.value = "")} />;
     return (
         <button role="treeitem" class={`entry ${active.value === entry.path ? "on" : ""} ${bad ? "wrong" : ""}`} style={style} title={`${entry.path}${mainFile.value === entry.path ? " (main file)" : ""}`}
             onClick={() => openFile(entry.path)}
@@ -78,5 +68,25 @@ function Entry({ entry, renamed }: { entry: FileEntry; renamed: { value: string 
             {mainFile.value === entry.path && <Icon name="star" size={12} />}
             {document?.dirty.value && <i class="dot" title="Not saved" />}
         </button>
+    );
+}
+
+/** The field keeps what is typed whatever happens to the folder meanwhile. */
+function Rename({ entry, short, done }: { entry: FileEntry; short: string; done: () => void }) {
+    const field = useRef<HTMLInputElement>(null);
+    useLayoutEffect(() => {
+        field.current!.value = short;
+        field.current!.focus();
+    }, []);
+    return (
+        <input class="rename" aria-label={`New name of ${short}`} ref={field} onBlur={done}
+            onKeyDown={(event) => {
+                if (event.key === "Escape") done();
+                if (event.key !== "Enter") return;
+                const name = event.currentTarget.value.trim();
+                const to = entry.path.slice(0, entry.path.length - short.length) + name;
+                done();
+                if (name && to !== entry.path) void rename(entry.path, to);
+            }} />
     );
 }

@@ -126,7 +126,7 @@ function Watches() {
                 const value = values.value[at];
                 return (
                     <div key={expression}>
-                        <input aria-label={`Watch ${at}`} value={expression} spellcheck={false} onChange={(event) => change(at, event.currentTarget.value)} />
+                        <input aria-label={`Watch ${at}`} defaultValue={expression} spellcheck={false} onChange={(event) => change(at, event.currentTarget.value)} />
                         {typeof value === "number" ? <NumberField value={value} label={`Value of ${expression}`} onCommit={(next) => ask({ call: "assign", target: expression, value: String(next) })} />
                             : <span class="bad" title={value}>{value === undefined ? "…" : "no value"}</span>}
                         <button class="tool" aria-label={`Remove watch ${expression}`} onClick={() => change(at, "")}><Icon name="close" size={12} /></button>
