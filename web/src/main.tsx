@@ -4,7 +4,7 @@ import { render } from "preact";
 import { Editor } from "./editor/editor";
 import { PROGRAM_FLAGS } from "./wire";
 import { action, perform, shownTheme } from "./logic/actions";
-import { can, clockSeconds, connection, loaded, online, program, tables, time, timePaused, welcome, windows } from "./logic/app";
+import { can, connection, loaded, online, program, shownSeconds, tables, time, timePaused, welcome, windows } from "./logic/app";
 import { languageServer } from "./editor/server";
 import { assembled, busy, changedSinceDownload } from "./logic/build";
 import { PAGES, active, activeTab, closeTab, documents, newFile, openFile, problemCount, restore, tabs, target, type PageName, type Tab } from "./logic/documents";
@@ -26,7 +26,7 @@ import { ActionButton, Empty, Splitter } from "./widgets/basics";
 import { Icon } from "./widgets/icons";
 
 const reached = computed(() => (timePaused.value ? "time held" : `${short(time.value.speed)}×`));
-const clock = computed(() => clockText(clockSeconds.value));
+const clock = computed(() => clockText(shownSeconds.value));
 
 /** Its text changes with every frame, and nothing else does. */
 const Clock = () => (

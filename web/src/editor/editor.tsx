@@ -11,7 +11,7 @@ import {
     EditorView, drawSelection, dropCursor, highlightActiveLine, highlightActiveLineGutter, highlightSpecialChars,
     keymap, lineNumbers, rectangularSelection,
 } from "@codemirror/view";
-import { effect, signal, useSignal, useSignalEffect } from "@preact/signals";
+import { computed, effect, signal, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { breakpoints, halted, loaded, placed, program, setBreakpoints, tables, welcome } from "../logic/app";
 import { assembled } from "../logic/build";
@@ -141,6 +141,11 @@ function View({ document }: { document: TextDocument }) {
     return <div class="code" hidden={!shown.value} ref={host} data-path={document.path} />;
 }
 
+const counter = computed(() => program.value.counter);
+const underWay = computed(() => program.value.state === 1 || program.value.paused === 1 || counter.value > 0);
+/** The line that the module executes, while it executes something; registers change far more often. */
+const executed = computed(() => (underWay.value ? loaded.value?.lines[counter.value] : undefined));
+
 /** Keeps marks of a view in step with the page's state. */
 function follow(document: TextDocument, view: EditorView): (() => void)[] {
     return [
@@ -165,11 +170,9 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
             view.dispatch({ effects: putAddresses.of(addresses) });
         }),
         effect(() => {
-            const { counter, state } = program.value;
-            const line = loaded.value?.lines[counter];
+            const line = executed.value;
             const here = line && line.path === document.path && line.line > 0;
-            const shown = here && (state === 1 || program.value.paused || counter > 0);
-            view.dispatch({ effects: putExecution.of(shown ? { line: line.line, held: halted.value } : null) });
+            view.dispatch({ effects: putExecution.of(here ? { line: line.line, held: halted.value } : null) });
         }),
         effect(() => {
             if (languageServer.value) return;
@@ -190,11 +193,11 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
     ];
 }
 
+const held = computed(() => program.value.paused === 1);
 /** The debugger held the program: bring its line into view, opening the file if needed. */
 effect(() => {
-    const { counter, paused } = program.value;
-    if (!paused) return;
-    const line = loaded.peek()?.lines[counter];
+    if (!held.value) return;
+    const line = loaded.peek()?.lines[counter.value];
     if (!line?.line) return;
     void (async () => {
         if (active.peek() !== line.path && !(await openFile(line.path))) return;
@@ -246,9 +249,9 @@ function BreakpointEditor() {
         <form class="popover breakpoint-editor" style={{ left: `${place.x}px`, top: `${place.y}px` }} onSubmit={submit}
             onKeyDown={(event) => event.key === "Escape" && close()}>
             <h3>Breakpoint at line {place.line}</h3>
-            <label>Hold when<input name="condition" value={start.condition} placeholder="accumulator &gt; 100" autofocus /></label>
-            <label>at hits<input name="hits" value={start.hits} placeholder="5, == 3, % 10" /></label>
-            <label>or only tell<input name="log" value={start.log} placeholder="round {gp[0]}" /></label>
+            <label>Hold when<input name="condition" defaultValue={start.condition} placeholder="accumulator &gt; 100" autofocus /></label>
+            <label>at hits<input name="hits" defaultValue={start.hits} placeholder="5, == 3, % 10" /></label>
+            <label>or only tell<input name="log" defaultValue={start.log} placeholder="round {gp[0]}" /></label>
             <div class="row">
                 <button type="submit" class="primary">Set</button>
                 <button type="button" onClick={() => (void setBreakpoints(others), close())}>Remove</button>

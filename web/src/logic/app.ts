@@ -38,6 +38,24 @@ const empty = new DataView(new ArrayBuffer(64));
 export const time = signal<TimeState>(readTime(empty, 0));
 export const program = signal<ProgramState>(readProgram(empty, 0));
 export const motors = [0, 1, 2].map(() => signal<MotorState>(readMotor(empty, 0)));
+/** The same for figures that people read: ten times a second is as fast as anybody can. */
+export const figures = [0, 1, 2].map((motor) => signal<MotorState>(motors[motor]!.peek()));
+export const shownSeconds = signal(0);
+const READ_MS = 90;
+let readAt = 0;
+
+function showFigures(): void {
+    const now = performance.now();
+    const due = now - readAt >= READ_MS || timePaused.peek();
+    if (due) {
+        readAt = now;
+        shownSeconds.value = clockSeconds.peek();
+    }
+    motors.forEach((motor, at) => {
+        if (due || motor.peek().speed === 0) figures[at]!.value = motor.peek();
+    });
+}
+
 export const board = signal<BoardState>(readBoard(empty, 0));
 export const watched = signal<number[]>([]);
 export const clockSeconds = computed(() => time.value.clock / (welcome.value?.tables.clock_hz ?? 16e6));
@@ -86,13 +104,14 @@ function sample(): void {
 }
 
 connection.onFrame = (data) => {
-    batch(() =>
+    batch(() => {
         readFrame(
             data,
             (index, group) => takers[GROUPS[index]!.name]!(group as never),
             (values) => (watched.value = values),
-        ),
-    );
+        );
+        showFigures();
+    });
     sample();
     for (const draw of frameListeners) draw();
 };

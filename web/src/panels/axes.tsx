@@ -2,7 +2,7 @@
 import { useComputed, useSignal, useSignalEffect } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { MOTOR_FLAGS } from "../wire";
-import { axisParameter, can, flag, motors, online, powered, send, setAxis, tables, welcome } from "../logic/app";
+import { axisParameter, can, figures, flag, motors, online, powered, send, setAxis, tables, welcome } from "../logic/app";
 import { parameters } from "../logic/parameters";
 import { remembered } from "../logic/settings";
 import { grouped, rate, rpm, short, type Scale } from "../logic/units";
@@ -18,7 +18,7 @@ export function scaleOf(motor: number): Scale {
     const value = (key: string) => parameters.value.axis.get(axisParameter(key).number)?.[motor] ?? axisParameter(key).default;
     return {
         clock_hz: tables.value.clock_hz, pulse_div: value("pulse_divisor"), ramp_div: value("ramp_divisor"),
-        resolution: motors[motor]!.value.resolution, fullsteps_per_turn: FULLSTEPS,
+        resolution: figures[motor]!.value.resolution, fullsteps_per_turn: FULLSTEPS,
     };
 }
 
@@ -107,12 +107,12 @@ const ERRORS = ["overcurrent A", "overcurrent B", "open load A", "open load B", 
     "undervoltage", "temperature warning", "overtemperature"];
 
 function Axis({ motor }: { motor: number }) {
-    const position = useComputed(() => grouped(motors[motor]!.value.position));
-    const target = useComputed(() => grouped(motors[motor]!.value.target));
-    const speed = useComputed(() => grouped(motors[motor]!.value.speed));
+    const position = useComputed(() => grouped(figures[motor]!.value.position));
+    const target = useComputed(() => grouped(figures[motor]!.value.target));
+    const speed = useComputed(() => grouped(figures[motor]!.value.speed));
     const unit = useComputed(() => {
         const scale = scaleOf(motor);
-        const now = motors[motor]!.value.speed;
+        const now = figures[motor]!.value.speed;
         return `${short(rate(scale, now) / 1000)} k\u00b5steps/s · ${short(rpm(scale, now))} rpm`;
     });
     const load = useComputed(() => motors[motor]!.value.load);
