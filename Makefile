@@ -13,7 +13,7 @@ run: $(VENV)/.run
 	$(BIN)/tmcm34x ide examples/manual/5.2-first-program.tmc
 
 # The page in Chromium is tested alone; what a busy machine upset is tried once more, and named.
-PAGES := tests/ide/test_page.py
+PAGES := tests/ide/page
 test: $(VENV)/.test
 	$(BIN)/pytest -n $(JOBS) --dist worksteal --ignore=$(PAGES) || $(BIN)/pytest --last-failed --ignore=$(PAGES)
 	$(BIN)/pytest $(PAGES) || $(BIN)/pytest --last-failed $(PAGES)

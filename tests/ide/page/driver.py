@@ -1,0 +1,86 @@
+"""Drives the page in Chromium: a server process, and what tests do to its page."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from playwright.sync_api import Page
+
+from ide.front_end import built
+
+COMMAND = str(Path(sys.executable).with_name("tmcm34x"))
+
+PROGRAM = """\
+// Two motors
+Speed = 500
+        ROR 0, Speed
+Loop:   CALC ADD, 1
+        CSUB Rest
+        JA Loop
+Rest:   WAIT TICKS, 0, 2
+        RSUB
+"""
+
+
+class Ide:
+    """`tmcm34x ide` on a folder of its own."""
+
+    def __init__(self, folder: Path, *options: str) -> None:
+        built()
+        self.folder = folder
+        self.process = subprocess.Popen(
+            [COMMAND, "ide", str(folder / "program.tmc"), "--no-browser", *options],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self.process.stdout is not None
+        ready, kind, self.url = self.process.stdout.readline().split()
+        assert (ready, kind) == ("ready", "ide")
+
+    def stop(self) -> None:
+        self.process.terminate()
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+        self.process.wait(10)
+
+
+def figure(page: Page, motor: int, name: str) -> int:
+    """A figure of a motor, as it is shown."""
+    text = page.locator(f".axis.motor{motor} [data-figure={name}]").inner_text()
+    return int(text.replace("\u2009", "").replace("\u2212", "-"))
+
+
+def until(page: Page, holds: Callable[[], bool], tries: int = 200) -> None:
+    """Wait for something that no locator can see."""
+    for _ in range(tries):
+        if holds():
+            return
+        page.wait_for_timeout(25)
+    raise AssertionError("it never came")
+
+
+def tab(page: Page, name: str) -> None:
+    """Open a panel."""
+    page.get_by_role("tab", name=name, exact=True).click()
+
+
+def line(page: Page, text: str) -> None:
+    """Send a line in direct mode."""
+    field = page.get_by_role("textbox", name="Command line")
+    field.fill(text)
+    field.press("Enter")
+
+
+def paste(page: Page, text: str) -> None:
+    """Paste into the editor."""
+    page.locator(".cm-content").evaluate(
+        """(element, text) => {
+            const clipboardData = new DataTransfer();
+            clipboardData.setData("text/plain", text);
+            element.dispatchEvent(new ClipboardEvent("paste", { clipboardData, bubbles: true, cancelable: true }));
+        }""",
+        text,
+    )

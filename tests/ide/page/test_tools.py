@@ -1,0 +1,86 @@
+"""The page: plots and the TMCL-IDE's tools."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from playwright.sync_api import Page, expect
+
+from ide.page.driver import figure, until
+
+
+def test_curves_are_drawn_chosen_and_exported(page: Page):
+    page.keyboard.press("F9")
+    until(page, lambda: figure(page, 0, "speed") == 500)
+    canvas = page.locator(".plot canvas")
+    expect(canvas).to_be_visible()
+    page.get_by_role("button", name="load", exact=True).click()
+    page.get_by_role("button", name="More curves").click()
+    page.get_by_role("textbox", name="Search parameter").fill("general purpose variable #3")
+    page.get_by_role("menuitem", name="add").first.click()
+    expect(page.locator(".chip.watch")).to_contain_text("#3")
+    page.wait_for_function(
+        "() => document.querySelector('.plot canvas')?.getBoundingClientRect().width > 100"
+    )
+    box = canvas.bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    expect(page.locator(".readout")).to_contain_text("position 0")
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] / 2 + 80, box["y"] + box["height"] / 2)
+    page.mouse.up()
+    expect(page.locator(".plot .tool[title^='Show the newest']")).to_be_visible()
+    for name, head in (
+        ("CSV table", b"time_s,position_0"),
+        ("VCD for", b"$timescale"),
+        ("PNG picture", b"\x89PNG"),
+    ):
+        page.get_by_role("button", name="Export").hover()
+        with page.expect_download() as started:
+            page.get_by_role("menuitem", name=name).click()
+        assert Path(started.value.path()).read_bytes().startswith(head)
+
+
+def test_the_unit_calculator_goes_both_ways(page: Page):
+    page.get_by_role("button", name="Tools", exact=True).click()
+    velocity = page.get_by_role("textbox", name="Velocity")
+    velocity.fill("2047")
+    velocity.press("Enter")
+    expect(page.locator(".tool-body")).to_contain_text("62\u2009469")
+    speed = page.get_by_role("textbox", name="Turns a minute")
+    speed.fill("60")
+    speed.press("Enter")
+    expect(velocity).to_have_value("419")
+    expect(page.locator(".commands pre")).to_contain_text("SAP 4, 0, 419")
+
+
+def test_the_reference_search_assistant_starts_and_aborts(page: Page):
+    page.get_by_role("button", name="Tools", exact=True).click()
+    page.get_by_role("button", name="Reference search", exact=True).click()
+    page.get_by_role("button", name="Start the search").click()
+    expect(page.locator(".tool-body .pill").first).to_contain_text("searching")
+    page.get_by_role("button", name="Abort the search").click()
+    expect(page.locator(".tool-body .pill").first).to_have_text("idle")
+
+
+def test_stall_tool_profile_configuration_and_firmware(page: Page):
+    page.get_by_role("button", name="Tools", exact=True).click()
+    page.get_by_role("button", name="Stall detection").click()
+    page.get_by_role("slider", name="Stall threshold").fill("3")
+    expect(page.locator(".commands pre")).to_have_text("SAP 205, 0, 3")
+    page.get_by_role("slider", name="Stall threshold").fill("0")
+    page.get_by_role("button", name="Load profile").click()
+    for name, value in (("From velocity", "100"), ("To velocity", "200"), ("Step", "100")):
+        page.get_by_role("textbox", name=name).fill(value)
+        page.keyboard.press("Enter")
+    page.get_by_role("button", name="Measure").click()
+    expect(page.locator(".profile-chart circle")).to_have_count(2)
+    page.get_by_role("button", name="Module configuration").click()
+    page.get_by_label("telegram pause time").fill("2")
+    page.keyboard.press("Enter")
+    page.get_by_role("button", name="Firmware and reset").click()
+    expect(page.locator(".tool-body")).to_contain_text("343 V4.36")
+    expect(page.get_by_role("button", name="Restore factory settings")).to_be_disabled()
+    page.get_by_label("To be sure").fill("reset")
+    page.get_by_role("button", name="Restore factory settings").click()
+    expect(page.locator(".notice").last).to_contain_text("factory settings")

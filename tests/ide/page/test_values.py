@@ -1,0 +1,94 @@
+"""The page: direct mode, telegrams, parameters."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from playwright.sync_api import Page, expect
+
+from ide.page.driver import line, tab
+
+
+def test_direct_mode_by_form_by_line_and_from_history(page: Page):
+    tab(page, "Direct mode")
+    page.get_by_label("Instruction", exact=True).select_option("5")
+    page.get_by_label("parameter of SAP").select_option("4")
+    page.get_by_label("motor of SAP").fill("1")
+    page.get_by_label("value of SAP").fill("777")
+    page.get_by_role("button", name="Execute").click()
+    expect(page.locator(".answers .command").first).to_have_text("SAP 4, 1, 777")
+    expect(page.locator(".answers .bytes").first).to_contain_text("01 05 04 01 00 00 03 09 17")
+    line(page, "GAP 4, 1")
+    expect(page.locator(".answers .command").first).to_have_text("GAP 4, 1")
+    expect(page.locator(".answers .value").first).to_have_text("777")
+    field = page.get_by_role("textbox", name="Command line")
+    field.press("ArrowUp")
+    expect(field).to_have_value("GAP 4, 1")
+    field.press("ArrowUp")
+    expect(field).to_have_value("SAP 4, 1, 777")
+    line(page, "NONSENSE")
+    expect(page.locator(".notice.error")).to_contain_text("unknown command")
+    page.get_by_role("button", name="Copy to the editor").last.click()
+    expect(page.locator(".cm-content")).to_contain_text("SAP 4, 1, 777")
+
+
+def test_the_log_shows_and_filters_telegrams(page: Page):
+    tab(page, "Telegrams")
+    expect(page.locator(".telegram").first).to_be_visible()
+    page.get_by_title("Forget all lines").click()
+    expect(page.locator(".telegram")).to_have_count(0)
+    tab(page, "Direct mode")
+    line(page, "MVP ABS, 1, 9000")
+    line(page, "SAP 4, 7, 1")
+    expect(page.locator(".answers tr.bad")).to_have_count(1)
+    tab(page, "Telegrams")
+    expect(page.locator(".telegram")).to_have_count(4)
+    page.get_by_role("textbox", name="Filter telegrams").fill("mvp")
+    expect(page.locator(".telegram")).to_have_count(1)
+    expect(page.locator(".telegram .text")).to_contain_text("MVP ABS, 1, 9000")
+    page.get_by_role("textbox", name="Filter telegrams").fill("-mvp")
+    expect(page.locator(".telegram")).to_have_count(3)
+
+
+def test_parameters_are_searched_changed_marked_and_exported(page: Page):
+    page.get_by_role("button", name="Parameters", exact=True).click()
+    page.get_by_role("textbox", name="Search parameters").fill("positioning speed")
+    expect(page.locator("table.parameters tbody tr")).to_have_count(2)
+    field = page.get_by_role("textbox", name="maximum positioning speed of motor 1")
+    field.fill("1234")
+    field.press("Enter")
+    expect(page.locator("td.differs")).to_have_count(1)
+    field.fill("5000")
+    field.press("Enter")
+    expect(field).to_have_class(re.compile("wrong"))
+    field.press("Escape")
+    expect(field).to_have_value("1234")
+    page.get_by_label("changed only").check()
+    expect(page.locator("table.parameters tbody tr")).to_have_count(1)
+    with page.expect_download() as started:
+        page.get_by_role("button", name="Export .toml").click()
+    text = Path(started.value.path()).read_text()
+    assert "[axis.1]\nmax_speed = 1234\n" in text
+    page.locator("input[type=file]").set_input_files(
+        {"name": "s.toml", "mimeType": "text/plain", "buffer": text.replace("1234", "888").encode()}
+    )
+    expect(field).to_have_value("888")
+
+
+def test_every_other_parameter_view_opens(page: Page):
+    page.get_by_role("button", name="Parameters", exact=True).click()
+    page.get_by_role("radio", name="Global").click()
+    expect(page.locator("table.parameters")).to_contain_text("RS232/RS485 baud rate")
+    page.get_by_role("radio", name="User variables").click()
+    field = page.get_by_role("textbox", name="User variable 55")
+    field.fill("-5")
+    field.press("Enter")
+    page.get_by_role("radio", name="Coordinates").click()
+    place = page.get_by_role("textbox", name="Coordinate 20 of motor 2")
+    place.fill("4711")
+    place.press("Enter")
+    page.get_by_role("radio", name="EEPROM").click()
+    expect(page.locator(".eeprom")).to_contain_text("maximum positioning speed")
+    page.get_by_role("radio", name="Coordinates").click()
+    expect(place).to_have_value("4711")
