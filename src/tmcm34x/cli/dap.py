@@ -16,8 +16,8 @@ import click
 
 from tmcm34x.cli import CliError
 from tmcm34x.cli.source_files import assemble_file, is_hex, read_image
-from tmcm34x.debug.dap import Adapter, RequestError, Services
-from tmcm34x.debug.messages import Framing, FramingError, frame
+from tmcm34x.debug.dap import Adapter, Services
+from tmcm34x.debug.messages import Framing, FramingError, RequestError, frame
 from tmcm34x.server.pace import Pace
 from tmcm34x.toolchain.assembler import Assembly, assemble
 from tmcm34x.toolchain.disassembler import disassemble

@@ -22,6 +22,10 @@ Text = Annotated[str, Meta(max_length=100_000)]
 Line = Annotated[int, Meta(ge=0, le=10_000_000)]
 
 
+class RequestError(Exception):
+    """A request that cannot be done; the text is for the user."""
+
+
 class Arguments(Struct, rename="camel"):
     """Of a request that carries nothing we need."""
 

@@ -46,15 +46,13 @@ class RemoteSession:
         self.view = View(self.execute, self.execute)
         self.stop: Stop | None = None
         self.stop_on_errors = False
+        self.running = False
+        self._counter = 0
         self._depth = 0
         """CSUBs entered since the step began, less those left."""
         self._goal: int | None = None
         """A step ends when `_depth` is no more than this."""
-        state = self.program.state
-        self.running = state.status == _RUNNING
-        self._counter = state.counter
-        if not self.running:
-            self.stop = Stop("pause", state.counter)
+        self.release()
 
     def execute(self, instruction: Instruction) -> tuple[int, int]:
         """Have a command executed; a `HostError` where no answer comes."""
@@ -76,6 +74,12 @@ class RemoteSession:
 
     def set_breakpoints(self, breakpoints: Sequence[Breakpoint]) -> None:
         """Nothing can be done about them."""
+
+    def release(self) -> None:
+        """The program may have been stopped, reset or started by somebody else: see what it does."""
+        state = self.program.state
+        self.running, self._counter, self._goal = state.status == _RUNNING, state.counter, None
+        self.stop = None if self.running else Stop("pause", state.counter)
 
     def resume(self) -> None:
         """Let the program go on."""

@@ -334,6 +334,11 @@ class LiveSession(_Watcher):
         self._attach()
         self.program.run()
 
+    def restart(self) -> None:
+        """Start the program from its beginning."""
+        self.program.reset()
+        self.resume()
+
     def step_in(self) -> None:
         """Execute one command."""
         self._step(None)

@@ -1,0 +1,135 @@
+"""Breakpoints as the editor asks for them, at lines, labels and addresses, brought to the program."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from tmcm34x.debug import messages as m
+from tmcm34x.debug.control import Breakpoint
+from tmcm34x.debug.debuggee import Debuggee, Request, parse_address
+from tmcm34x.debug.expressions import ExpressionError
+from tmcm34x.debug.messages import RequestError
+from tmcm34x.debug.remote import RemoteSession
+
+REFUSED: Final = "refused"
+"""The one filter of exceptions: commands that the module refuses."""
+UNBREAKABLE: Final = "the firmware of a real module has no breakpoints: run, stop and step are what it offers"
+
+_LABELS: Final = "<labels>"
+_ADDRESSES: Final = "<addresses>"
+_NOWHERE: Final = "no command of the program at this line or below it"
+
+Answers = list[dict[str, Any]]
+
+
+class Breakpoints:
+    """All that were asked for, whether or not the program has a place for them."""
+
+    def __init__(self, debuggee: Debuggee) -> None:
+        self.ignored = False
+        """Run without holding anywhere."""
+        self.stop_on_errors = True
+        self._debuggee = debuggee
+        self._numbers = 0
+        self._wanted: dict[str, list[m.SourceBreakpoint]] = {}
+        """By key of the source, or by what else they name."""
+        self._numbered: dict[str, list[int]] = {}
+
+    def on_set_breakpoints(self, arguments: m.SetBreakpoints) -> dict[str, Any]:
+        """All breakpoints of one source."""
+        wanted = arguments.breakpoints
+        if wanted is None:
+            wanted = [m.SourceBreakpoint(line=line) for line in arguments.lines or ()]
+        return self._set(self._debuggee.sources.key(arguments.source), wanted)
+
+    def on_set_function_breakpoints(self, arguments: m.SetOtherBreakpoints) -> dict[str, Any]:
+        """All breakpoints at labels."""
+        return self._set(_LABELS, arguments.breakpoints)
+
+    def on_set_instruction_breakpoints(self, arguments: m.SetOtherBreakpoints) -> dict[str, Any]:
+        """All breakpoints at addresses."""
+        return self._set(_ADDRESSES, arguments.breakpoints)
+
+    def on_set_exception_breakpoints(self, arguments: m.SetExceptionBreakpoints) -> dict[str, Any]:
+        """Whether to stop at refused commands."""
+        self.stop_on_errors = REFUSED in arguments.filters
+        self.arm()
+        return {"breakpoints": [{"verified": True} for _ in arguments.filters]}
+
+    def on_breakpoint_locations(self, arguments: m.Lines) -> dict[str, Any]:
+        """Lines with commands."""
+        sources = self._debuggee.sources
+        last = arguments.line if arguments.end_line is None else arguments.end_line
+        lines = sources.lines(sources.key(arguments.source))
+        return {"breakpoints": [{"line": line} for line in lines if arguments.line <= line <= last]}
+
+    def arm(self) -> None:
+        """Tell the program whether to stop at refused commands."""
+        target = self._debuggee.target
+        if target is not None:
+            target.stop_on_errors = self.stop_on_errors and not self.ignored
+
+    def place_again(self) -> None:
+        """The program is another one, or another text: tell the editor where its breakpoints are now."""
+        for answers in self._place_all().values():
+            for answer in answers:
+                self._debuggee.event("breakpoint", reason="changed", breakpoint=answer)
+
+    def _set(self, key: str, wanted: list[m.SourceBreakpoint]) -> dict[str, Any]:
+        first = self._numbers + 1
+        self._numbers += len(wanted)
+        self._wanted[key], self._numbered[key] = wanted, list(range(first, self._numbers + 1))
+        return {"breakpoints": self._place_all()[key]}
+
+    def _place_all(self) -> Mapping[str, Answers]:
+        made: list[Breakpoint] = []
+        answers = {
+            key: [
+                self._place(key, number, point, made)
+                for number, point in zip(self._numbered[key], wanted, strict=True)
+            ]
+            for key, wanted in self._wanted.items()
+        }
+        self._debuggee.running_or_held.set_breakpoints([] if self.ignored else made)
+        return answers
+
+    def _place(
+        self, key: str, number: int, wanted: m.SourceBreakpoint, made: list[Breakpoint]
+    ) -> dict[str, Any]:
+        try:
+            if isinstance(self._debuggee.target, RemoteSession):
+                raise RequestError(UNBREAKABLE)
+            address = self._address(key, wanted)
+            texts = (wanted.condition or "", wanted.hit_condition or "", wanted.log_message or "")
+            made.append(Breakpoint.make(number, address, *texts))
+        except (RequestError, ExpressionError) as error:
+            answer: dict[str, Any] = {"id": number, "verified": False, "message": str(error)}
+            return answer | ({"line": wanted.line} if wanted.line else {})
+        place = self._debuggee.sources.place(address)
+        return {"id": number, "verified": True, "instructionReference": hex(address), **place}
+
+    def _address(self, key: str, wanted: m.SourceBreakpoint) -> int:
+        if key == _ADDRESSES:
+            return parse_address(wanted.instruction_reference) + wanted.offset
+        sources = self._debuggee.sources
+        if key == _LABELS:
+            symbol = sources.symbols.get(wanted.name.upper())
+            if symbol is None or symbol.kind != "label":
+                raise RequestError(f"no label {wanted.name}")
+            return int(symbol.value)
+        address = sources.address(key, wanted.line)
+        if address is None:
+            raise RequestError(_NOWHERE)
+        return address
+
+
+REQUESTS: Final[Mapping[str, Request]] = {
+    "setBreakpoints": Request(m.SetBreakpoints, Breakpoints.on_set_breakpoints),
+    "setFunctionBreakpoints": Request(m.SetOtherBreakpoints, Breakpoints.on_set_function_breakpoints),
+    "setInstructionBreakpoints": Request(m.SetOtherBreakpoints, Breakpoints.on_set_instruction_breakpoints),
+    "setExceptionBreakpoints": Request(
+        m.SetExceptionBreakpoints, Breakpoints.on_set_exception_breakpoints, needs_target=False
+    ),
+    "breakpointLocations": Request(m.Lines, Breakpoints.on_breakpoint_locations),
+}

@@ -1,0 +1,90 @@
+"""What the parts of a debug adapter share: the program being debugged, its sources, and the way to the editor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+from tmcm34x.debug import messages as m
+from tmcm34x.debug.messages import RequestError
+from tmcm34x.debug.remote import RemoteSession
+from tmcm34x.debug.session import LiveSession, Session
+from tmcm34x.debug.sources import Sources
+from tmcm34x.firmware.module import Module
+from tmcm34x.tmcl.commands import PROGRAM_SIZE
+from tmcm34x.tmcl.datagram import Instruction
+
+Target = Session | LiveSession | RemoteSession
+
+
+class Tell(Protocol):
+    """Sends an event to the editor."""
+
+    def __call__(self, name: str, **body: Any) -> None:
+        """Send it."""
+        ...
+
+
+class Request(NamedTuple):
+    """How a request is done: what it carries, the method that does it, whether there must be a program."""
+
+    kind: type[m.Arguments]
+    handler: Callable[[Any, Any], Any]
+    needs_target: bool = True
+
+
+@dataclass
+class Debuggee:
+    """The program being debugged, once there is one."""
+
+    sources: Sources
+    event: Tell
+    target: Target | None = None
+
+    @property
+    def running_or_held(self) -> Target:
+        """The program; raises `RequestError` while there is none."""
+        if self.target is None:
+            raise RequestError("there is no program: launch or attach first")
+        return self.target
+
+    @property
+    def held(self) -> Target:
+        """The program, which is not running; raises `RequestError`."""
+        target = self.running_or_held
+        if target.running:
+            raise RequestError("the program is running")
+        return target
+
+    def share_sources(self) -> None:
+        """The program's text has changed: let the target know."""
+        if self.target is not None:
+            self.target.text = self.sources.text
+            self.target.view.symbols = self.sources.symbols
+
+    def memory(self) -> Sequence[Instruction]:
+        """The program memory, or what is known of it."""
+        target = self.running_or_held
+        return target.memory if isinstance(target, RemoteSession) else _memory(target.module)
+
+    def instruction(self, address: int) -> Instruction | None:
+        """The command at `address`, where there is one and it is known."""
+        target = self.target
+        if isinstance(target, RemoteSession):
+            return target.read_instruction(address)
+        if target is None or not 0 <= address < PROGRAM_SIZE:
+            return None
+        return target.module.eeprom.read_instruction(address)
+
+
+def _memory(module: Module) -> tuple[Instruction, ...]:
+    return tuple(map(module.eeprom.read_instruction, range(PROGRAM_SIZE)))
+
+
+def parse_address(text: str) -> int:
+    """An address as editors send it: hexadecimal with `0x`; raises `RequestError`."""
+    try:
+        return int(text, 0)
+    except ValueError:
+        raise RequestError(f"{text[:100]!r} is no address") from None
