@@ -373,6 +373,13 @@ export interface Watched {
     motor: number;
 }
 
+/** Load positions from which to which a switch is pressed; None is no end. */
+export interface Cam {
+    side: "left" | "right";
+    low: number | null;
+    high: number | null;
+}
+
 /** What hangs on one motor: what the page cannot see in the chip. */
 export interface AxisWorld {
     motor: string;
@@ -385,6 +392,7 @@ export interface AxisWorld {
     fullsteps: number;
     low: number | null;
     high: number | null;
+    cams: Cam[];
 }
 
 /** A driver fault that a bench can raise. */

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 from tmcm34x.board.board import ANALOG_MAX, INPUTS
 from tmcm34x.chips.tmc246 import FAULTS
 from tmcm34x.ide import wire
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.world.motor import FINENESS
+from tmcm34x.world.switch import FAR
 
 if TYPE_CHECKING:
     from tmcm34x.bench import World
+    from tmcm34x.world.switch import Line
 
 SHUTDOWN: Final = INPUTS
 """Number of the SHUTDOWN pin among a world's inputs."""
@@ -75,8 +77,18 @@ class Hands:
             left_held=self._held.get((number, "left"), False),
             right_held=self._held.get((number, "right"), False),
             unit="°" if axis.load.circular else "mm",
-            turn=FINENESS * motor.steps_per_turn / axis.load.units_per_position(motor),
+            turn=mount.fitting.sign * FINENESS * motor.steps_per_turn / axis.units,
             fullsteps=motor.steps_per_turn,
             low=axis.load.low,
             high=axis.load.high,
+            cams=[*_cams("left", axis.left, axis.units), *_cams("right", axis.right, axis.units)],
         )
+
+
+def _cams(side: Literal["left", "right"], line: Line, units: float) -> list[wire.Cam]:
+    return [wire.Cam(side, _end(switch.low, units), _end(switch.high, units)) for switch in line.switches]
+
+
+def _end(rotor: int, units: float) -> float | None:
+    """A switch's end as a load position."""
+    return None if abs(rotor) >= FAR else round(rotor / units, 4)

@@ -342,6 +342,14 @@ class Watched(Shape):
         return hash((self.bank, self.number, self.motor))
 
 
+class Cam(Shape):
+    """Load positions from which to which a switch is pressed; None is no end."""
+
+    side: Literal["left", "right"]
+    low: float | None
+    high: float | None
+
+
 class AxisWorld(Shape):
     """What hangs on one motor: what the page cannot see in the chip."""
 
@@ -356,12 +364,14 @@ class AxisWorld(Shape):
     unit: str
     """Of the load's position."""
     turn: float
-    """Load positions in a turn of the motor."""
+    """Load positions in a turn of the motor; negative where counting up moves to lower ones."""
     fullsteps: int
     """Of a turn."""
     low: float | None
     """Lower hard stop."""
     high: float | None
+    cams: list[Cam]
+    """The axis's own switches."""
 
 
 class FaultKind(Shape):
