@@ -63,6 +63,83 @@ class Ide:
                 reader.cancel()
                 await asyncio.gather(reader, return_exceptions=True)
 
+    @contextlib.asynccontextmanager
+    async def debugger(self) -> AsyncIterator[DebugWindow]:
+        """A window's line to the debugger, attached as the page does it."""
+        async with self.socket("/dap") as connection:
+            window = DebugWindow(connection)
+            reader = asyncio.create_task(window.read())
+            try:
+                assert (await window.do("initialize", adapterID="tmcl"))["supportsLogPoints"]
+                await window.do("attach")
+                await window.event("initialized")
+                await window.do("configurationDone")
+                await window.event("tmcl_filters")
+                yield window
+            finally:
+                reader.cancel()
+                await asyncio.gather(reader, return_exceptions=True)
+
+
+class DebugWindow:
+    """A client of the Debug Adapter Protocol."""
+
+    def __init__(self, connection: ClientConnection) -> None:
+        self.connection = connection
+        self.messages: list[dict[str, Any]] = []
+        self._news = asyncio.Event()
+        self._numbers = iter(range(1, 1 << 30))
+
+    async def read(self) -> None:
+        async for number, text in _numbered(self.connection):
+            message = msgspec.json.decode(text)
+            assert message["seq"] == number
+            self.messages.append(message)
+            self._news.set()
+
+    async def _first(self, test: Any) -> dict[str, Any]:
+        async with asyncio.timeout(10):
+            while not (found := [message for message in self.messages if test(message)]):
+                self._news.clear()
+                await self._news.wait()
+        self.messages.remove(found[0])
+        return found[0]
+
+    async def ask(self, command: str, **arguments: Any) -> dict[str, Any]:
+        """The response to a request."""
+        number = next(self._numbers)
+        request = {"seq": number, "type": "request", "command": command, "arguments": arguments}
+        await self.connection.send(msgspec.json.encode(request).decode())
+        return await self._first(lambda message: message.get("request_seq") == number)
+
+    async def do(self, command: str, **arguments: Any) -> Any:
+        """The body of the response to a request that succeeds."""
+        response = await self.ask(command, **arguments)
+        assert response["success"], response
+        return response.get("body")
+
+    async def fail(self, command: str, **arguments: Any) -> str:
+        """Why a request is refused."""
+        response = await self.ask(command, **arguments)
+        assert not response["success"], response
+        return response["message"]
+
+    async def event(self, name: str) -> dict[str, Any]:
+        """The body of the first such event, taken out of the list."""
+        return (await self._first(lambda message: message.get("event") == name))["body"]
+
+    async def breakpoints(self, path: str, *points: dict[str, Any]) -> list[dict[str, Any]]:
+        """Have these breakpoints in a file; where they lie."""
+        answer = await self.do("setBreakpoints", source={"path": path}, breakpoints=list(points))
+        return answer["breakpoints"]
+
+
+async def _numbered(connection: ClientConnection) -> AsyncIterator[tuple[int, str]]:
+    number = 0
+    async for text in connection:
+        number += 1
+        yield number, str(text)
+
 
 class Window:
     """A page without a browser: calls, events, and the state put together from frames."""

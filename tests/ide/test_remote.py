@@ -93,8 +93,67 @@ def test_what_needs_a_bench_is_refused_on_a_real_module(tmp_path):
             wire.ReadEeprom(),
         ):
             assert await page.refusal(call) == "real"
-        assert await page.call(wire.ReadStack()) == []
-        assert (await page.call(wire.SetBreakpoints([wire.Breakpoint("a.tmc", 1)])))[0]["address"] == -1
+
+    _go(tmp_path, scenario)
+
+
+STEPS = """\
+Start:  SGP 5, 2, 7
+        CSUB Sub
+        WAIT TICKS, 0, 30000
+        STOP
+Sub:    SGP 6, 2, 8
+        RSUB
+"""
+
+
+def test_the_debugger_does_on_a_real_module_what_its_firmware_allows(tmp_path):
+    (tmp_path / "a.tmc").write_text(STEPS)
+
+    async def scenario(bench, ide, page):
+        async with ide.debugger() as editor:
+            await page.call(wire.Download("a.tmc"))
+            (placed,) = await editor.breakpoints("a.tmc", {"line": 3})
+            assert not placed["verified"]
+            assert "real module" in placed["message"]
+            for request, counter in (("stepIn", 1), ("next", 2)):
+                await editor.do(request, threadId=1)
+                assert (await editor.event("stopped"))["reason"] == "step"
+                (frame,) = (await editor.do("stackTrace", threadId=1))["stackFrames"]
+                assert (frame["instructionPointerReference"], frame["line"]) == (hex(counter), counter + 1)
+            assert (await editor.do("evaluate", expression="gp[5] * 10 + gp[6]"))["result"] == "78"
+            assert await editor.fail("evaluate", expression="accumulator")
+            await editor.do("continue", threadId=1)
+            await page.until(lambda: page.state["program"]["state"] == 1)
+            await editor.do("pause", threadId=1)
+            assert (await editor.event("stopped"))["reason"] == "pause"
+            await page.until(lambda: page.state["program"]["state"] == 0)
+            await page.call(wire.ControlProgram("run"))
+            assert await editor.fail("stepIn", threadId=1) == "the program is running"
+
+    _go(tmp_path, scenario)
+
+
+def test_the_debugger_finds_the_module_again_on_a_new_line(tmp_path):
+    (tmp_path / "a.tmc").write_text(STEPS)
+
+    async def scenario(bench, ide, page):
+        async with ide.debugger() as editor:
+            await page.event(wire.Link, lambda event: event.up)
+            await editor.do("stackTrace", threadId=1)
+            port = int(bench.address.rpartition(":")[2])
+            await asyncio.to_thread(bench.stop)
+            await page.event(wire.Link, lambda event: not event.up)
+            assert await editor.fail("stepIn", threadId=1)
+            again = await asyncio.to_thread(Bench, 343, port)
+            try:
+                await page.event(wire.Link, lambda event: event.up)
+                await page.call(wire.Download("a.tmc"))
+                await editor.do("stepIn", threadId=1)
+                await editor.event("stopped")
+                assert again.rig.modules[0].program.counter == 1
+            finally:
+                await asyncio.to_thread(again.stop)
 
     _go(tmp_path, scenario)
 

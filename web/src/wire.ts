@@ -341,31 +341,6 @@ export interface Telegram {
     status: number;
 }
 
-/** A breakpoint at a source line; empty texts mean not set. condition: an expression; hits: as `debug.control.compile_hits` reads it; log: a message, `{expression}` in it */
-export interface Breakpoint {
-    path: string;
-    line: number;
-    condition: string;
-    hits: string;
-    log: string;
-}
-
-/** Where a breakpoint came to lie: address -1 and a reason when nowhere. */
-export interface PlacedBreakpoint {
-    path: string;
-    line: number;
-    address: number;
-    reason: string;
-}
-
-/** An open CSUB call, innermost first. */
-export interface Frame {
-    address: number;
-    name: string;
-    path: string;
-    line: number;
-}
-
 /** A value to read: bank -1 is an axis parameter of `motor`, -2 a coordinate. */
 export interface Watched {
     bank: number;
@@ -476,35 +451,10 @@ export interface Upload {
     call: "upload";
 }
 
-/** Run from the start, continue, stop, step, reset, or pause in the debugger. */
+/** Run from the start, stop, or reset, as a host does; everything finer is the debugger's. */
 export interface ControlProgram {
     call: "control_program";
-    action: "continue" | "pause" | "reset" | "run" | "step" | "step_out" | "step_over" | "stop";
-}
-
-/** All breakpoints there are from now on; `errors` holds also where the module refuses a command. */
-export interface SetBreakpoints {
-    call: "set_breakpoints";
-    breakpoints: Breakpoint[];
-    errors?: boolean;
-}
-
-/** Open CSUB calls, the present place first. */
-export interface ReadStack {
-    call: "read_stack";
-}
-
-/** The values of expressions over registers, variables, parameters, labels; a text where there is none. */
-export interface Evaluate {
-    call: "evaluate";
-    expressions: string[];
-}
-
-/** Change a register, flag, variable, parameter or input; the answer is what it is then. */
-export interface Assign {
-    call: "assign";
-    target: string;
-    value: string;
+    action: "reset" | "run" | "stop";
 }
 
 /** Send one command to the module and wait for the answer. */
@@ -602,7 +552,7 @@ export interface Ping {
     call: "ping";
 }
 
-export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | ControlProgram | SetBreakpoints | ReadStack | Evaluate | Assign | Execute | ExecuteText | ReadMany | StopAll | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
+export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | ControlProgram | Execute | ExecuteText | ReadMany | StopAll | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
 
 /** The type of the answer's result, by call. */
 export interface Results {
@@ -615,10 +565,6 @@ export interface Results {
     download: Assembled;
     upload: string;
     control_program: null;
-    set_breakpoints: PlacedBreakpoint[];
-    read_stack: Frame[];
-    evaluate: (number | string)[];
-    assign: number;
     execute: Exchange;
     execute_text: Exchange;
     read_many: (number | null)[];
@@ -664,8 +610,6 @@ export interface Welcome {
     ability: Ability;
     tables: Tables;
     listing: Listing | null;
-    breakpoints: Breakpoint[];
-    errors: boolean;
 }
 
 /** The folder's contents now. */
@@ -678,27 +622,6 @@ export interface FilesChanged {
 export interface Loaded {
     event: "loaded";
     listing: Listing | null;
-}
-
-/** Another window changed the breakpoints. */
-export interface BreakpointsChanged {
-    event: "breakpoints_changed";
-    breakpoints: Breakpoint[];
-    errors: boolean;
-}
-
-/** Where the breakpoints lie in the module's program now. */
-export interface BreakpointsPlaced {
-    event: "breakpoints_placed";
-    placed: PlacedBreakpoint[];
-}
-
-/** The debugger holds the program. */
-export interface Paused {
-    event: "paused";
-    reason: "breakpoint" | "end" | "entry" | "exception" | "pause" | "step";
-    address: number;
-    text: string;
 }
 
 /** A long call goes on; `done` equals `total` at its end. */
@@ -751,4 +674,4 @@ export interface Output {
     text: string;
 }
 
-export type ServerEvent = Answer | Refusal | Welcome | FilesChanged | Loaded | BreakpointsChanged | BreakpointsPlaced | Paused | Progress | Telegrams | Happened | WorldChanged | Link | Windows | Output;
+export type ServerEvent = Answer | Refusal | Welcome | FilesChanged | Loaded | Progress | Telegrams | Happened | WorldChanged | Link | Windows | Output;

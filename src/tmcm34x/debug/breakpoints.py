@@ -20,6 +20,8 @@ _LABELS: Final = "<labels>"
 _ADDRESSES: Final = "<addresses>"
 _NOWHERE: Final = "no command of the program at this line or below it"
 
+_FOREIGN: Final = "this file is not in the module's program: download it first"
+
 Answers = list[dict[str, Any]]
 
 
@@ -118,6 +120,8 @@ class Breakpoints:
             if symbol is None or symbol.kind != "label":
                 raise RequestError(f"no label {wanted.name}")
             return int(symbol.value)
+        if not sources.has(key):
+            raise RequestError(_FOREIGN)
         address = sources.address(key, wanted.line)
         if address is None:
             raise RequestError(_NOWHERE)

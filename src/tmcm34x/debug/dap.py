@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple, Protocol, cast
+from typing import Any, Final, NamedTuple, Protocol, TypeVar, cast
 
 import msgspec
 
@@ -56,6 +56,7 @@ _REASONS: Final = {
 }
 
 Send = Callable[[dict[str, Any]], None]
+TargetType = TypeVar("TargetType", bound=Target)
 
 
 class Pacing(Protocol):
@@ -211,13 +212,13 @@ class Adapter:
     def work(self) -> float:
         """Do a piece of work; gives back in how many seconds to call again, infinite if only a message can help."""
         target = self.target
+        if isinstance(target, LiveSession):
+            target.look()
+            return LIVE_POLL_S
         if target is None or self.over or not target.running:
             return math.inf
         if isinstance(target, Session):
             return self._pass_time(target, cast("Pacing", self._pace))
-        if isinstance(target, LiveSession):
-            target.look()
-            return LIVE_POLL_S
         try:
             return target.poll()
         except HostError as error:
@@ -407,7 +408,7 @@ class Adapter:
         if isinstance(target, Session):
             self._launch_again(target, arguments)
         else:
-            target.restart()
+            self._powered(target).restart()
         self._inspector.forget()
 
     def _launch_again(self, session: Session, arguments: m.Restart) -> None:
@@ -432,6 +433,8 @@ class Adapter:
         """The program in the module comes from this text now, or from nobody knows where."""
         self._sources.take(assembly)
         self._debuggee.share_sources()
+        if isinstance(self.target, RemoteSession):
+            self.target.memory = () if assembly is None else assembly.program
         self._inspector.forget()
         self._breakpoints.place_again()
 
@@ -506,7 +509,12 @@ class Adapter:
             return
         self._inspector.forget()
         self._draw(target)
-        how(target)
+        how(self._powered(target))
+
+    def _powered(self, target: TargetType) -> TargetType:
+        if isinstance(target, LiveSession) and not target.module.powered:
+            raise RequestError("the module has no power")
+        return target
 
     def on_goto_targets(self, arguments: m.Lines) -> dict[str, Any]:
         """The command to go on at, for a line."""

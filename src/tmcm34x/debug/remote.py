@@ -20,7 +20,7 @@ from tmcm34x.host import Connection, Program, RefusedError
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import Instruction
 
-POLL_S: Final = 0.05
+POLL_S: Final = 0.25
 """Time between two looks at a program that runs."""
 STEP_POLL_S: Final = 0.002
 """Time between two looks at a step."""

@@ -81,6 +81,10 @@ class Sources:
     def _key_of(self, path: str) -> str:
         return str((self._folder / path).resolve())
 
+    def has(self, key: str) -> bool:
+        """Whether the program has this source."""
+        return key in self._files
+
     def address(self, key: str, line: int) -> int | None:
         """Of the first command in the editor's `line` or below it."""
         file = self._files.get(key)

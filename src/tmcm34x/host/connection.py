@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 import time
 from collections import deque
+from collections.abc import Callable
 from typing import Final, Self
 
 from tmcm34x.host.exceptions import GarbledReplyError, NoReplyError, RefusedError, ReplyError
@@ -35,25 +36,51 @@ _EVENT: Final = bytes((Status.POSITION_REACHED, 138))
 _VERSION_TEXT: Final = re.compile(rb"[0-9]{3,4}[VB][0-9.]{3,4}\Z")
 
 
+OnTelegram = Callable[[bool, bytes], None]
+
+
+def _ignore(sent: bool, telegram: bytes) -> None:
+    """Telegrams that nobody logs."""
+
+
 class Connection:
     """A line with modules on it; the module at `address` unless told otherwise.
 
     timeout_s: how long to wait for a reply, pause time (parameter 75) included
     retries: how often a command that the module cannot have executed, or that only reads, is sent again
+    on_telegram: told of each telegram, sent ones with True, and of the answers
     """
 
-    def __init__(self, stream: Stream, *, address: int = 1, timeout_s: float = 1.0, retries: int = 2) -> None:
+    def __init__(
+        self,
+        stream: Stream,
+        *,
+        address: int = 1,
+        timeout_s: float = 1.0,
+        retries: int = 2,
+        on_telegram: OnTelegram = _ignore,
+    ) -> None:
         self._stream = stream
         self.address = address
         self.timeout_s = timeout_s
         self.retries = retries
+        self.on_telegram = on_telegram
         self.events: deque[Reply] = deque(maxlen=100)
         """Second replies of command 138 that came on their own, oldest first."""
 
     @classmethod
-    def open(cls, url: str, *, baud: int = 9600, address: int = 1, timeout_s: float = 1.0) -> Self:
+    def open(
+        cls,
+        url: str,
+        *,
+        baud: int = 9600,
+        address: int = 1,
+        timeout_s: float = 1.0,
+        on_telegram: OnTelegram = _ignore,
+    ) -> Self:
         """A connection to `url`, see `stream.open_stream`.  Raises `LinkError`."""
-        return cls(open_stream(url, baud), address=address, timeout_s=timeout_s)
+        stream = open_stream(url, baud)
+        return cls(stream, address=address, timeout_s=timeout_s, on_telegram=on_telegram)
 
     def close(self) -> None:
         """Hang up."""
@@ -95,7 +122,9 @@ class Connection:
 
     def send(self, instruction: Instruction) -> None:
         """Send a command that is never answered, such as 137."""
-        self._stream.write(pack_request(self.address, instruction))
+        telegram = pack_request(self.address, instruction)
+        self.on_telegram(True, telegram)
+        self._stream.write(telegram)
 
     def wait(self, seconds: float) -> None:
         """Let time pass, or less if an event comes; what else comes in is lost."""
@@ -109,6 +138,7 @@ class Connection:
         self._search(
             telegram, bytearray(self._stream.read(0)), 0
         )  # what is late is no answer, but may be an event
+        self.on_telegram(True, telegram)
         self._stream.write(telegram)
         received, start = bytearray(), 0
         end_s = time.monotonic() + self.timeout_s
@@ -116,6 +146,7 @@ class Connection:
             received += data
             reply, start = self._search(telegram, received, start)
             if reply:
+                self.on_telegram(False, reply)
                 return reply
         instruction = _instruction(telegram)
         if received:

@@ -1,4 +1,4 @@
-"""The IDE's web application: one page, its files, two web sockets; for one person on this machine.
+"""The IDE's web application: one page, its files, three web sockets; for one person on this machine.
 
 Who may come in: a browser that brings the token of the first address, as a cookie from then on, and whose pages
 have this very origin.  A request for another host name is refused, so that a foreign name pointed at this machine
@@ -18,6 +18,7 @@ from starlette.applications import Starlette
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.routing import Route, WebSocketRoute
 
+from tmcm34x.ide.debug_socket import DebugSocket
 from tmcm34x.ide.language import Language
 from tmcm34x.ide.page import Page
 from tmcm34x.ide.wire import MESSAGE_LIMIT
@@ -77,6 +78,7 @@ class Application:
                 Route("/static/{name}", self._asset),
                 WebSocketRoute("/wire", self._wire),
                 WebSocketRoute("/lsp", self._lsp),
+                WebSocketRoute("/dap", self._dap),
             ]
         )
 
@@ -166,6 +168,13 @@ class Application:
             return
         await socket.accept()
         await Language(self._hub.workspace, self._hub.target.model.number, socket).serve()
+
+    async def _dap(self, socket: WebSocket) -> None:
+        if not self._own_page(socket):
+            await socket.close()
+            return
+        await socket.accept()
+        await DebugSocket(self._hub.debugger, socket).serve()
 
 
 def _note(status: int, title: str, text: str) -> Response:

@@ -1,129 +1,293 @@
-"""The debugger of the virtual module as pages use it: `debug.LiveSession` with breakpoints by source line."""
+"""The debugger of the IDE: one session of the Debug Adapter Protocol on the IDE's module, which all windows share.
+
+The adapter is that of `tmcm34x dap`; windows speak the protocol with it, one message in each web socket message.
+Three things differ, because there are many windows and one program:
+
+- The session is there without any window: `attach`, `configurationDone` and `disconnect` only say that a window
+  comes, is ready or goes.
+- Events go to all windows, a response to the window that asked.
+- What one window sets, the others are told: `tmcl_breakpoints` (`source`, `breakpoints` as they were asked for,
+  `placed` as the adapter answered) and `tmcl_filters` (`filters`) are events of our own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final, Literal
+import asyncio
+import contextlib
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn, cast
 
-from tmcm34x.debug.control import Breakpoint, Stop
-from tmcm34x.debug.expressions import ExpressionError
-from tmcm34x.debug.session import LiveSession, Text
+from tmcm34x.debug.dap import Adapter, Services
+from tmcm34x.debug.messages import RequestError
+from tmcm34x.host.exceptions import HostError
 from tmcm34x.ide import wire
 
 if TYPE_CHECKING:
-    from tmcm34x.bench import World
-    from tmcm34x.firmware.module import Module
-    from tmcm34x.ide.target import Tell
+    from pathlib import Path
+
+    from tmcm34x.ide.target import Target, Tell
     from tmcm34x.toolchain.assembler import Assembly
 
-Step = Literal["continue", "pause", "step", "step_over", "step_out"]
+IDLE_S: Final = 0.1
+"""Longest time between two looks at the program."""
+
+Message = dict[str, Any]
+Send = Callable[[Message], None]
 
 
-class _Listener:
-    """What the session tells, as events."""
+class Window:
+    """One of those who share the session."""
 
-    def __init__(self, module: Module) -> None:
-        self._module = module
-        self.tell: Tell = lambda event: None
+    def __init__(self, send: Send) -> None:
+        self._send = send
+        self._seq = 0
 
-    def held(self, stop: Stop) -> None:
-        """The program is held."""
-        self.tell(wire.Paused(stop.reason, stop.address, stop.text))
-        self.tell(wire.Happened(self._module.now, "held", -1, f"{stop.reason} at {stop.address}"))
+    def take(self, message: Mapping[str, Any]) -> None:
+        """Send a message, numbered as the protocol wants."""
+        self._seq += 1
+        self._send({**message, "seq": self._seq})
 
-    def ended(self) -> None:
-        """The program has stopped by itself: the state shows it."""
 
-    def said(self, text: str, address: int) -> None:
-        """A log point was passed."""
-        self.tell(wire.Output("information", f"{address}: {text}"))
-        self.tell(wire.Happened(self._module.now, "log", -1, text))
+class _Emission(NamedTuple):
+    """A message of the adapter's, and what was so when it came."""
+
+    message: Message
+    asker: Window | None
+    request: Message
+    now: float
+    held_at: int | None
+    attaching: bool
+
+
+class _Marks(NamedTuple):
+    """The breakpoints of one source, and where they are."""
+
+    source: Message
+    breakpoints: list[Any]
+    placed: list[Message]
+
+    def event(self) -> Message:
+        return _event(
+            "tmcl_breakpoints", source=self.source, breakpoints=self.breakpoints, placed=self.placed
+        )
 
 
 class Debugger:
-    """Run control of one module; bring its bench to now before calling any method."""
+    """Run control of `target` for all windows.
 
-    def __init__(self, module: Module, world: World) -> None:
-        self._listener = _Listener(module)
-        self._session = LiveSession(module, self._listener, world=world)
+    folder: where the names of source files begin
+    """
 
-    def listen(self, tell: Tell) -> None:
-        """Tell of what happens from now on."""
-        self._listener.tell = tell
+    def __init__(self, target: Target, folder: Path) -> None:
+        self._target = target
+        self._services = Services(_no_program, _no_pace, target.session, folder)
+        self._windows: set[Window] = set()
+        self._adapter: Adapter | None = None
+        self._line = 0
+        """Number of the line that the adapter is attached to."""
+        self._asker: Window | None = None
+        self._request: Message = {}
+        self._assembly: Assembly | None = None
+        self._marks: dict[str, _Marks] = {}
+        self._filters: list[str] = []
+        self._lock = asyncio.Lock()
+        self._attaching = False
+        self._resting = False
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._wake = asyncio.Event()
+        self._tell: Tell = lambda event: None
+        self._hurry: Callable[[], None] = lambda: None
 
-    @property
-    def held(self) -> bool:
-        """Whether the program is held where it may go on."""
-        return self._session.stop is not None and not self._session.running
+    async def run(self, tell: Tell, hurry: Callable[[], None]) -> None:
+        """Look after the program for ever; `hurry` is called when something happens that people wait for."""
+        self._tell, self._hurry = tell, hurry
+        self._loop = asyncio.get_running_loop()
+        while True:
+            pause_s = IDLE_S
+            if self._adapter is not None and not self._resting:
+                pause_s = min(IDLE_S, await self._target.debug(self._adapter.work, polling=True))
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._wake.wait(), pause_s)
+            self._wake.clear()
 
-    def know(self, assembly: Assembly | None) -> None:
+    def rest(self, on: bool) -> None:
+        """Leave the module alone: it would store what it is sent."""
+        self._resting = on
+
+    # Windows
+
+    async def receive(self, window: Window, message: Any) -> None:
+        """Do what a window asks for."""
+        fields = cast(Message, message) if isinstance(message, dict) else {}
+        if fields.get("command") in {"attach", "configurationDone", "disconnect"}:
+            window.take(_response(fields))
+            self._greet(window, fields["command"])
+        elif error := await self._attach():
+            window.take(_response(fields, error))
+        else:
+            await self._ask(fields, window)
+            self._wake.set()
+
+    def _greet(self, window: Window, command: str) -> None:
+        """Tell a new window how things are."""
+        if command == "disconnect":
+            self.leave(window)
+        elif command == "attach":
+            self._windows.add(window)
+            window.take(_event("initialized"))
+        else:
+            window.take(_event("tmcl_filters", filters=self._filters))
+            for marks in self._marks.values():
+                window.take(marks.event())
+
+    def leave(self, window: Window) -> None:
+        """A window is gone."""
+        self._windows.discard(window)
+
+    # The session
+
+    async def _attach(self) -> str:
+        """Make sure of a session with the line that there is now; why there is none."""
+        if self._resting:
+            return "the module is busy with a download"
+        async with self._lock:
+            if self._adapter is None or self._line != self._target.line:
+                self._attaching = True
+                await self._attach_anew(Adapter(self._emitted, self._services))
+                self._attaching = False
+        return "" if self._adapter is not None else self._target.link.text or "the module does not answer"
+
+    async def _attach_anew(self, adapter: Adapter) -> None:
+        self._adapter, self._line = adapter, self._target.line
+        await self._ask(_request("attach"))
+        if adapter.target is None:
+            self._adapter = None
+            return
+        await self._target.debug(lambda: adapter.know(self._assembly))
+        await self._ask(_request("setExceptionBreakpoints", filters=self._filters))
+        for marks in tuple(self._marks.values()):
+            await self._ask(_request("setBreakpoints", source=marks.source, breakpoints=marks.breakpoints))
+        await self._ask(_request("configurationDone"))
+
+    async def _ask(self, request: Message, window: Window | None = None) -> None:
+        adapter = self._adapter
+        assert adapter is not None
+
+        def ask() -> None:
+            self._asker, self._request = window, request
+            adapter.receive(request)
+            self._asker, self._request = None, {}
+
+        await self._target.debug(ask)
+
+    async def know(self, assembly: Assembly | None) -> None:
         """The program in the module comes from this text."""
-        self._session.text = None if assembly is None else Text(assembly)
-        self._session.view.symbols = {} if assembly is None else assembly.symbols
+        self._assembly = assembly
+        if self._adapter is not None:
+            adapter = self._adapter
+            await self._target.debug(lambda: adapter.know(assembly))
 
-    def set_breakpoints(
-        self, breakpoints: Sequence[wire.Breakpoint], *, errors: bool
-    ) -> list[wire.PlacedBreakpoint]:
-        """Hold at these, and where the module refuses a command if `errors`; tells where they came to lie."""
-        made: list[Breakpoint] = []
-        placed = [self._place(number, point, made) for number, point in enumerate(breakpoints)]
-        self._session.stop_on_errors = errors
-        self._session.set_breakpoints(made)
-        return placed
-
-    def _place(self, number: int, point: wire.Breakpoint, made: list[Breakpoint]) -> wire.PlacedBreakpoint:
-        def nowhere(reason: str) -> wire.PlacedBreakpoint:
-            return wire.PlacedBreakpoint(point.path, point.line, -1, reason)
-
-        text = self._session.text
-        if text is None:
-            return nowhere("not in the module's program: download it first")
-        address = text.address(point.path, point.line)
-        if address is None:
-            return nowhere("no instruction from here on")
-        try:
-            made.append(Breakpoint.make(number, address, point.condition, point.hits, point.log))
-        except ExpressionError as error:
-            return nowhere(str(error))
-        return wire.PlacedBreakpoint(point.path, point.line, address, "")
-
-    def act(self, action: Step) -> None:
-        """Go on, hold, or take a step."""
-        _STEPS[action](self._session)
-
-    def release(self) -> None:
+    async def release(self) -> None:
         """The program was stopped, reset or started by a command."""
-        self._session.release()
+        if self._adapter is not None:
+            with contextlib.suppress(HostError):
+                await self._target.debug(self._adapter.release)
+            self._wake.set()
 
-    def look(self) -> None:
-        """Notice refused commands and the program's own end; to be called now and then."""
-        self._session.look()
+    # From the adapter
 
-    def frames(self) -> list[wire.Frame]:
-        """The open routines, the innermost first."""
-        return [
-            wire.Frame(frame.address, frame.name, frame.location.file, frame.location.line)
-            if frame.location
-            else wire.Frame(frame.address, frame.name, "", 0)
-            for frame in self._session.frames()
-        ]
+    def _emitted(self, message: Message) -> None:
+        """Called in whatever thread the module is."""
+        assert self._loop is not None and self._adapter is not None
+        target = self._adapter.target
+        stop = None if target is None else target.stop
+        emission = _Emission(
+            message, self._asker, self._request, self._target.now, stop and stop.address, self._attaching
+        )
+        self._loop.call_soon_threadsafe(self._deliver, emission)
 
-    def evaluate(self, expression: str) -> int:
-        """The value of an expression over registers, variables, parameters, labels and constants."""
-        try:
-            return self._session.view.evaluate(expression)
-        except ExpressionError as error:
-            raise wire.RefusalError("expression", f"{error}.") from error
+    def _deliver(self, emission: _Emission) -> None:
+        message = emission.message
+        if message["type"] == "response":
+            self._answered(emission)
+            return
+        if message["event"] == "breakpoint":
+            self._moved(message["body"]["breakpoint"])
+        if message["event"] == "terminated":
+            self._adapter = None
+        if not emission.attaching:
+            self._mark(emission)
+        if not emission.attaching or message["event"] == "output":
+            self._send(message)
 
-    def assign(self, target: str, value: str) -> int:
-        """Change what `target` names; gives back what it is then."""
-        try:
-            return self._session.view.assign(target, value)
-        except ExpressionError as error:
-            raise wire.RefusalError("expression", f"{error}.") from error
+    def _send(self, message: Message, *, but: Window | None = None) -> None:
+        for window in self._windows:
+            if window is not but:
+                window.take(message)
+
+    def _mark(self, emission: _Emission) -> None:
+        """What plots show, and what people wait for."""
+        event, body = emission.message["event"], emission.message.get("body", {})
+        if event == "stopped":
+            self._hurry()
+            if emission.held_at is not None:
+                text = f"{body['reason']} at {emission.held_at}"
+                self._tell(wire.Happened(emission.now, "held", -1, text))
+        elif event == "output" and "line" in body:
+            self._tell(wire.Happened(emission.now, "log", -1, body["output"].strip()))
+
+    def _answered(self, emission: _Emission) -> None:
+        """Let the window have it; remember breakpoints, and let the other windows know of them."""
+        message, asker = emission.message, emission.asker
+        if asker is not None:
+            asker.take(message)
+        remember = _REMEMBERED.get(message["command"])
+        if remember is not None and message["success"]:
+            self._send(remember(self, emission.request["arguments"], message["body"]), but=asker)
+
+    def keep_breakpoints(self, arguments: Message, body: Message) -> Message:
+        """Remember where a source has breakpoints; the event that tells of it."""
+        source = arguments["source"]
+        marks = _Marks(source, arguments.get("breakpoints", []), body["breakpoints"])
+        self._marks[source.get("path", "")] = marks
+        return marks.event()
+
+    def keep_filters(self, arguments: Message, _: Message) -> Message:
+        """Remember whether to hold at refused commands; the event that tells of it."""
+        self._filters = arguments.get("filters", [])
+        return _event("tmcl_filters", filters=self._filters)
+
+    def _moved(self, place: Message) -> None:
+        for marks in self._marks.values():
+            for at, known in enumerate(marks.placed):
+                if known["id"] == place["id"]:
+                    marks.placed[at] = place
 
 
-_STEPS: Final = {
-    "continue": LiveSession.resume, "pause": LiveSession.pause, "step": LiveSession.step_in,
-    "step_over": LiveSession.step_over, "step_out": LiveSession.step_out,
+def _event(name: str, **body: Any) -> Message:
+    return {"type": "event", "event": name, "body": body}
+
+
+def _request(command: str, **arguments: Any) -> Message:
+    return {"type": "request", "command": command, "seq": 0, "arguments": arguments}
+
+
+def _response(request: Message, error: str = "") -> Message:
+    message: Message = {
+        "type": "response", "request_seq": request.get("seq", 0), "command": request.get("command", ""),
+        "success": not error,
+    }  # fmt: skip
+    return message | ({"message": error} if error else {})
+
+
+def _no_program(path: str, include: object) -> NoReturn:
+    raise RequestError("the IDE's module has a program already: download another one")
+
+
+def _no_pace(speed: float) -> NoReturn:
+    raise RequestError("the IDE's module has its own time")
+
+
+_REMEMBERED: Final = {
+    "setBreakpoints": Debugger.keep_breakpoints, "setExceptionBreakpoints": Debugger.keep_filters,
 }  # fmt: skip

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x import __version__
 from tmcm34x.ide import wire
 from tmcm34x.ide.building import Built, build, identity
+from tmcm34x.ide.debugger import Debugger
 from tmcm34x.ide.exchange import (
     END_MARK,
     QUIT_DOWNLOAD,
@@ -19,7 +20,6 @@ from tmcm34x.ide.exchange import (
     RESET_PROGRAM,
     RUN_PROGRAM,
     START_DOWNLOAD,
-    STEP_PROGRAM,
     STOP_PROGRAM,
     stored,
 )
@@ -31,7 +31,6 @@ from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.ide.debugger import Step
     from tmcm34x.ide.page import Page
     from tmcm34x.ide.target import Target
     from tmcm34x.ide.telegrams import Telegrams
@@ -50,13 +49,12 @@ class Hub:
         self.workspace = workspace
         self.target = target
         self.telegrams = telegrams
+        self.debugger = Debugger(target, workspace.folder)
         self.pages: set[Page] = set()
         self._show = show
         self._files: list[wire.FileEntry] = []
         self._listing: wire.Listing | None = None
         self._memory = -1
-        self._breakpoints: list[wire.Breakpoint] = []
-        self._errors = False
         self._downloading = False
         self._abort = False
         self._tasks: set[asyncio.Task[None]] = set()
@@ -65,6 +63,7 @@ class Hub:
         """Begin."""
         await self.target.open(self.tell)
         self._spawn(self._watch_folder())
+        self._spawn(self.debugger.run(self.tell, self._hurry))
 
     async def close(self) -> None:
         """End; whatever must be saved is saved."""
@@ -82,11 +81,13 @@ class Hub:
 
     def tell(self, event: wire.Event) -> None:
         """Send an event to all pages."""
-        urgent = isinstance(event, wire.Paused)
         for page in self.pages:
             page.send(event)
-            if urgent:
-                page.hurry()
+
+    def _hurry(self) -> None:
+        """Something happened that people wait for: show the state now."""
+        for page in self.pages:
+            page.hurry()
 
     def join(self, page: Page) -> None:
         """A window opens."""
@@ -119,8 +120,6 @@ class Hub:
             ability=target.ability,
             tables=tables(target.model.number),
             listing=self._listing,
-            breakpoints=self._breakpoints,
-            errors=self._errors,
         )
 
     async def answer(self, page: Page, call: wire.Call) -> object:
@@ -178,24 +177,23 @@ class Hub:
             raise wire.RefusalError("busy", "Another download is under way.")
         if not program:
             raise wire.RefusalError("empty", f"{call.path} has no instructions.")
-        if not self._holds(answer.listing):
+        if not await self._holds(answer.listing):
             await self._store(program)
-        self._set_listing(answer.listing, assembly)
-        self._place_breakpoints()
+        await self._set_listing(answer.listing, assembly)
         if call.run:
             await self._control("run")
         return answer
 
-    def _holds(self, listing: wire.Listing) -> bool:
+    async def _holds(self, listing: wire.Listing) -> bool:
         """Whether the module is known to have this very program: then only its places in the source are new."""
-        self.check_memory()
+        await self.check_memory()
         same = self._listing is not None and self._listing.identity == listing.identity
         return same and isinstance(self.target, Virtual)
 
     async def _store(self, program: tuple[Instruction, ...]) -> None:
         marked = [*program, END_MARK] if len(program) < PROGRAM_SIZE else list(program)
         self._downloading, self._abort = True, False
-        self.target.hush(True)
+        self._hush(True)
         try:
             await self._command(Instruction(STOP_PROGRAM))
             await self._command(Instruction(START_DOWNLOAD))
@@ -208,9 +206,14 @@ class Hub:
         finally:
             await self.target.exchange(Instruction(QUIT_DOWNLOAD))
             self._downloading = False
-            self.target.hush(False)
+            self._hush(False)
             self.tell(wire.Progress("Downloading", 1, 1))
         await self._command(Instruction(RESET_PROGRAM))
+
+    def _hush(self, on: bool) -> None:
+        """Send nothing of our own accord: the module would store it."""
+        self.target.hush(on)
+        self.debugger.rest(on)
 
     async def _command(self, instruction: Instruction, expected: int = Status.OK) -> wire.Exchange:
         """A command that must succeed for the work to go on."""
@@ -219,14 +222,14 @@ class Hub:
             raise wire.RefusalError("module", f"{exchange.text}: {exchange.meaning}.")
         return exchange
 
-    def _set_listing(self, listing: wire.Listing | None, assembly: Assembly | None = None) -> None:
+    async def _set_listing(self, listing: wire.Listing | None, assembly: Assembly | None = None) -> None:
         self._listing = listing
         if isinstance(self.target, Virtual):
             self._memory = self.target.module.eeprom.revision
-            self.target.debugger.know(assembly)
+        await self.debugger.know(assembly)
         self.tell(wire.Loaded(listing))
 
-    def check_memory(self) -> None:
+    async def check_memory(self) -> None:
         """See whether somebody else has stored another program meanwhile."""
         if self._listing is None or not isinstance(self.target, Virtual):
             return
@@ -237,8 +240,7 @@ class Hub:
         length = len(self._listing.lines)
         memory = [eeprom.read_instruction(address) for address in range(length)]
         if identity(memory) != self._listing.identity:
-            self._set_listing(None)
-            self._place_breakpoints()
+            await self._set_listing(None)
 
     async def _upload(self, page: Page, call: wire.Upload) -> str:
         from tmcm34x.toolchain.disassembler import disassemble
@@ -263,60 +265,9 @@ class Hub:
         await self._control(call.action)
 
     async def _control(self, action: str) -> None:
-        target = self.target
-        if isinstance(target, Virtual) and action in _DEBUGGED:
-            if not target.module.powered:
-                raise wire.RefusalError("power", "The module has no power.")
-            target.server.catch_up()
-            target.debugger.act(cast("Step", action))
-            target.server.settle()
-            return
         for number in _CONTROL[action]:
             await self._command(Instruction(number))
-        if isinstance(target, Virtual):
-            target.debugger.release()
-
-    async def _set_breakpoints(self, page: Page, call: wire.SetBreakpoints) -> list[wire.PlacedBreakpoint]:
-        self._breakpoints, self._errors = call.breakpoints, call.errors
-        for other in self.pages:
-            if other is not page:
-                other.send(wire.BreakpointsChanged(call.breakpoints, call.errors))
-        return self._place_breakpoints()
-
-    def _place_breakpoints(self) -> list[wire.PlacedBreakpoint]:
-        if isinstance(self.target, Virtual):
-            self.target.server.catch_up()
-            placed = self.target.debugger.set_breakpoints(self._breakpoints, errors=self._errors)
-            self.target.server.settle()
-        else:
-            reason = "a real module cannot be held at a line"
-            placed = [
-                wire.PlacedBreakpoint(point.path, point.line, -1, reason) for point in self._breakpoints
-            ]
-        self.tell(wire.BreakpointsPlaced(placed))
-        return placed
-
-    async def _read_stack(self, page: Page, call: wire.ReadStack) -> list[wire.Frame]:
-        return self.target.debugger.frames() if isinstance(self.target, Virtual) else []
-
-    async def _evaluate(self, page: Page, call: wire.Evaluate) -> list[int | str]:
-        target = self._bench
-        target.server.catch_up()
-        values: list[int | str] = []
-        for expression in call.expressions[:MAX_EXPRESSIONS]:
-            try:
-                values.append(target.debugger.evaluate(expression))
-            except wire.RefusalError as error:
-                values.append(str(error))
-        target.server.settle()
-        return values
-
-    async def _assign(self, page: Page, call: wire.Assign) -> int:
-        target = self._bench
-        target.server.catch_up()
-        value = target.debugger.assign(call.target, call.value)
-        target.server.settle()
-        return value
+        await self.debugger.release()
 
     # Commands
 
@@ -351,8 +302,7 @@ class Hub:
             await self.target.exchange(Instruction(QUIT_DOWNLOAD))
         commands = [Instruction(STOP_PROGRAM), *(Instruction(_MST, 0, motor) for motor in range(MOTORS))]
         exchanges = [await self.target.exchange(command) for command in commands]
-        if isinstance(self.target, Virtual):
-            self.target.debugger.release()
+        await self.debugger.release()
         if any(exchange.status != Status.OK for exchange in exchanges):
             raise wire.RefusalError("module", f"Not everything stopped: {exchanges[-1].meaning}.")
 
@@ -377,6 +327,8 @@ class Hub:
 
     async def _set_bench(self, page: Page, call: wire.SetBench) -> None:
         self._bench.set_bench(call)
+        if call.what == "power":
+            await self.debugger.release()
 
     async def _set_time(self, page: Page, call: wire.SetTime) -> None:
         self._bench.set_time(call)
@@ -411,21 +363,14 @@ class Hub:
 
 
 MAX_WATCHES: Final = 8
-MAX_EXPRESSIONS: Final = 50
 MAX_RATE_HZ: Final = 60
 
-_DEBUGGED: Final = frozenset({"continue", "pause", "step", "step_over", "step_out"})
 _CONTROL: Final[Mapping[str, tuple[int, ...]]] = {
     "run": (RESET_PROGRAM, RUN_PROGRAM),
-    "continue": (RUN_PROGRAM,),
     "stop": (STOP_PROGRAM,),
-    "pause": (STOP_PROGRAM,),
-    "step": (STEP_PROGRAM,),
-    "step_over": (STEP_PROGRAM,),
-    "step_out": (STEP_PROGRAM,),
     "reset": (RESET_PROGRAM,),
 }
-"""Control functions by action; a real module has no finer steps than 130."""
+"""Control functions by action."""
 
 _METHODS: Final[Mapping[type, Callable[..., Awaitable[object]]]] = {
     call: getattr(Hub, f"_{call.__struct_config__.tag}") for call in wire.CALLS

@@ -30,7 +30,6 @@ MAX_CALLS: Final = 64
 MAX_BACKLOG: Final = 8 << 20
 """Bytes of events that wait for one page; one that falls behind farther is cut off and may come back."""
 LOG_S: Final = 0.1
-MALFORMED: Final = 1007
 
 _request = msgspec.json.Decoder(wire.Request)
 _event = msgspec.json.Encoder()
@@ -109,7 +108,7 @@ class Page:
                     raise msgspec.DecodeError("not a text message")
                 number, call = _request.decode(text)
             except (msgspec.DecodeError, UnicodeError) as error:
-                await self._socket.close(MALFORMED, str(error)[:100])
+                await self._socket.close(wire.MALFORMED, str(error)[:100])
                 return
             if len(self._calls) >= MAX_CALLS:
                 self.send(wire.Refusal(number, "busy", "Too many requests at a time."))
@@ -146,7 +145,7 @@ class Page:
                 frame = self._frames.frame(target.state(), watched)
                 if frame:
                     await self._send(frame, text=False)
-                self._hub.check_memory()
+                await self._hub.check_memory()
             due = max(due + 1 / (self.rate_hz or 2), loop.time())
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._hurry.wait(), due - loop.time())

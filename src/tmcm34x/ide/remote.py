@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from tmcm34x import clock
 from tmcm34x.board.models import MODELS
+from tmcm34x.debug.remote import RemoteSession
+from tmcm34x.debug.session import Listener
 from tmcm34x.host.connection import Connection
 from tmcm34x.host.exceptions import GarbledReplyError, LinkError, ReplyError
 from tmcm34x.ide import wire
@@ -28,7 +30,7 @@ from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_BY_KEY
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.ide.target import Tell
+    from tmcm34x.ide.target import T, Tell
     from tmcm34x.ide.telegrams import Telegrams
 
 TIMEOUT_S: Final = 0.5
@@ -101,7 +103,7 @@ class Remote:
         self.place = f"{url}, address {address}"
         self.ability = wire.Ability(bench=False, debug=False, peek=False, language_server=True)
         self._open_line: Callable[[], Connection] = lambda: Connection.open(
-            url, baud=baud, address=address, timeout_s=TIMEOUT_S
+            url, baud=baud, address=address, timeout_s=TIMEOUT_S, on_telegram=self._note
         )
         self._address = address
         self._telegrams = telegrams
@@ -113,6 +115,8 @@ class Remote:
         self._silent = 0
         self._up = True
         self._hushed = False
+        self._link = POLL
+        self.line = 0
         self._values: dict[tuple[str, int], int] = {}
         self._refused: set[Instruction] = set()
         self._watches: list[wire.Watched] = []
@@ -167,7 +171,7 @@ class Remote:
         connection = self._connection
         if connection is None:
             return unanswered(instruction, sent, "no answer: the line is gone")
-        self._note(link, True, sent)
+        self._link = link
         try:
             if instruction.number == FACTORY_RESET:
                 connection.send(instruction)
@@ -182,20 +186,38 @@ class Remote:
             self._lose()
             return unanswered(instruction, sent, str(error))
         self._silent = 0
-        self._note(link, False, received)
         return answered(instruction, sent, received)
 
-    def _note(self, link: str, inward: bool, data: bytes) -> None:
-        if link != POLL or self._telegrams.polls_wanted:
-            self._telegrams.add(self._now(), link, inward, data)
+    def _note(self, inward: bool, data: bytes) -> None:
+        if self._link != POLL or self._telegrams.polls_wanted:
+            self._telegrams.add(self.now, self._link, inward, data)
 
     def _lose(self) -> None:
         if self._connection is not None:
             self._connection.close()
             self._connection = None
 
-    def _now(self) -> float:
+    @property
+    def now(self) -> float:
+        """Time since the IDE was started."""
         return (time.monotonic() - self._start_s) * clock.HZ
+
+    # The debugger
+
+    def session(self, listener: Listener) -> RemoteSession:
+        """Run control of the module's program, as far as its firmware has it.  Raises `HostError`."""
+        if self._connection is None:
+            raise LinkError("the line is gone")
+        return RemoteSession(self._connection, listener)
+
+    async def debug(self, work: Callable[[], T], *, polling: bool = False) -> T:
+        """Do something with the session in the thread that has the line."""
+
+        def linked() -> T:
+            self._link = POLL if polling else "IDE"
+            return work()
+
+        return await asyncio.get_running_loop().run_in_executor(self._thread, linked)
 
     async def read(self, items: Sequence[wire.Watched]) -> list[int | None]:
         """Values of parameters and coordinates."""
@@ -264,6 +286,7 @@ class Remote:
             self._connection = await asyncio.get_running_loop().run_in_executor(self._thread, self._open_line)
         except LinkError:
             return
+        self.line += 1
         self._silent = 0
 
     def _tell_link(self) -> None:
@@ -291,7 +314,7 @@ class Remote:
         put(
             state,
             "time",
-            self._now(),
+            self.now,
             1.0,
             1.0,
             bits(False, self._silent < PATIENCE, self._connection is not None),

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from tmcm34x.board.models import Model
+from tmcm34x.debug.remote import RemoteSession
+from tmcm34x.debug.session import Listener, LiveSession
 from tmcm34x.ide import wire
 from tmcm34x.ide.state import State
 from tmcm34x.tmcl.datagram import Instruction
 
+T = TypeVar("T")
 Tell = Callable[[wire.Event], None]
 """Takes an event for all pages."""
 
@@ -22,6 +25,8 @@ class Target(Protocol):
     """Port, address or bench, for people."""
     model: Model
     ability: wire.Ability
+    line: int
+    """Another number whenever the line is opened anew: what was begun on the old one is over."""
 
     async def open(self, tell: Tell) -> None:
         """Begin; `tell` takes events until `close`."""
@@ -38,6 +43,22 @@ class Target(Protocol):
 
     async def exchange(self, instruction: Instruction) -> wire.Exchange:
         """Send a command and wait for its answer; status 0 is none in time."""
+        ...
+
+    @property
+    def now(self) -> float:
+        """The module's time, or that of the line [clocks]."""
+        ...
+
+    def session(self, listener: Listener) -> LiveSession | RemoteSession:
+        """Run control of the module's program; to be called in `debug`.  Raises `HostError`."""
+        ...
+
+    async def debug(self, work: Callable[[], T], *, polling: bool = False) -> T:
+        """Do something with the session where and when the module may be touched.
+
+        polling: nobody has asked for it, so logs need not show it
+        """
         ...
 
     def hush(self, on: bool) -> None:

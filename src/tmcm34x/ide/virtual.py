@@ -7,15 +7,15 @@ is read beside the line, which costs the module nothing.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
 from tmcm34x.board.board import INPUTS
+from tmcm34x.debug.session import Listener, LiveSession
 from tmcm34x.firmware.drivers import FLAGS, LOAD_MAX, LOAD_SHIFT
 from tmcm34x.firmware.motion import A_ACTUAL, RAMP_MODE, STOP_SWITCHES, V_ACTUAL, V_TARGET, X_ACTUAL, X_TARGET
 from tmcm34x.ide import wire
-from tmcm34x.ide.debugger import Debugger
 from tmcm34x.ide.exchange import ASCII_MODE, FACTORY_RESET, answered, unanswered
 from tmcm34x.ide.hands import Hands
 from tmcm34x.ide.state import State, bits, empty, put
@@ -25,7 +25,7 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
-    from tmcm34x.ide.target import Tell
+    from tmcm34x.ide.target import T, Tell
     from tmcm34x.ide.telegrams import Telegrams
     from tmcm34x.links import Connect, Peer, Send
     from tmcm34x.server import Server
@@ -81,6 +81,7 @@ class Virtual:
     """A module of a bench, `rig.modules[0]`, under `server`'s pacing."""
 
     source: wire.Source = "virtual"
+    line = 0
 
     def __init__(self, server: Server, telegrams: Telegrams, place: str, memory_file: str) -> None:
         self.server = server
@@ -91,7 +92,7 @@ class Virtual:
         self.place = place
         self.ability = wire.Ability(bench=True, debug=True, peek=True, language_server=True)
         self.hands = Hands(self.world, place)
-        self.debugger = Debugger(self.module, self.world)
+        self._session: LiveSession | None = None
         self.plugged = True
         self._memory_file = memory_file
         self._telegrams = telegrams
@@ -107,7 +108,6 @@ class Virtual:
     async def open(self, tell: Tell) -> None:
         """Plug in the line; time begins to run."""
         self._tell = tell
-        self.debugger.listen(tell)
         await self.server.open(self._desk)
 
     async def close(self) -> None:
@@ -178,6 +178,32 @@ class Virtual:
             elif self._answer is not None and not self._answer.done():
                 self._answer.set_result(telegram)
 
+    # The debugger
+
+    @property
+    def now(self) -> float:
+        """The bench's clock."""
+        return self.rig.now
+
+    def session(self, listener: Listener) -> LiveSession:
+        """Run control of the module's program."""
+        self._session = LiveSession(self.module, listener, world=self.world)
+        return self._session
+
+    async def debug(self, work: Callable[[], T], *, polling: bool = False) -> T:
+        """Do something with the session, at the time that it is now."""
+        self.server.catch_up()
+        try:
+            return work()
+        finally:
+            self.server.settle()
+
+    @property
+    def _held(self) -> bool:
+        """Whether the program is held where it may go on."""
+        session = self._session
+        return session is not None and session.stop is not None and not session.running
+
     # Reading beside the line
 
     def hush(self, on: bool) -> None:
@@ -215,7 +241,6 @@ class Virtual:
         """Everything that is shown live, as of now."""
         self.server.catch_up()
         state = empty()
-        self.debugger.look()
         self._put_time(state)
         self._put_program(state)
         for motor in range(MOTORS):
@@ -241,7 +266,7 @@ class Virtual:
         program = self.module.program
         flags = bits(*program.flags.values(), program.downloading)
         put(
-            state, "program", program.state, self.debugger.held, flags, program.counter,
+            state, "program", program.state, self._held, flags, program.counter,
             len(program.stack), program.accumulator, program.x,
         )  # fmt: skip
 
@@ -299,8 +324,6 @@ class Virtual:
             self.plugged = bool(call.value)
         else:
             self.hands.do(call)
-        if call.what == "power":
-            self.debugger.release()
         self.server.settle()
         self._tell(wire.WorldChanged(self.hands.shape()))
 

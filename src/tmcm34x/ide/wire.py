@@ -21,6 +21,9 @@ PROTOCOL: Final = 1
 MESSAGE_LIMIT: Final = 4 << 20
 """Bytes of the largest message that the server reads; a larger one closes the web socket (code 1009)."""
 
+MALFORMED: Final = 1007
+"""Code with which the server closes a web socket on which something came that is no message."""
+
 # ------------------------------------------------------------------------------------------------ state frames
 
 
@@ -300,37 +303,6 @@ class Telegram(Shape):
     """Of a reply; 0 for a request."""
 
 
-class Breakpoint(Shape):
-    """A breakpoint at a source line; empty texts mean not set.
-
-    condition: an expression; hits: as `debug.control.compile_hits` reads it; log: a message, `{expression}` in it
-    """
-
-    path: str
-    line: int
-    condition: str = ""
-    hits: str = ""
-    log: str = ""
-
-
-class PlacedBreakpoint(Shape):
-    """Where a breakpoint came to lie: address -1 and a reason when nowhere."""
-
-    path: str
-    line: int
-    address: int
-    reason: str
-
-
-class Frame(Shape):
-    """An open CSUB call, innermost first."""
-
-    address: int
-    name: str
-    path: str
-    line: int
-
-
 class Watched(Shape):
     """A value to read: bank -1 is an axis parameter of `motor`, -2 a coordinate."""
 
@@ -478,38 +450,9 @@ class Upload(Call, tag="upload"):
 
 
 class ControlProgram(Call, tag="control_program"):
-    """Run from the start, continue, stop, step, reset, or pause in the debugger."""
+    """Run from the start, stop, or reset, as a host does; everything finer is the debugger's."""
 
-    action: Literal["run", "continue", "stop", "step", "step_over", "step_out", "reset", "pause"]
-
-
-class SetBreakpoints(Call, tag="set_breakpoints"):
-    """All breakpoints there are from now on; `errors` holds also where the module refuses a command."""
-
-    breakpoints: list[Breakpoint]
-    errors: bool = False
-    returns: ClassVar[Any] = list[PlacedBreakpoint]
-
-
-class ReadStack(Call, tag="read_stack"):
-    """Open CSUB calls, the present place first."""
-
-    returns: ClassVar[Any] = list[Frame]
-
-
-class Evaluate(Call, tag="evaluate"):
-    """The values of expressions over registers, variables, parameters, labels; a text where there is none."""
-
-    expressions: list[str]
-    returns: ClassVar[Any] = list[int | str]
-
-
-class Assign(Call, tag="assign"):
-    """Change a register, flag, variable, parameter or input; the answer is what it is then."""
-
-    target: str
-    value: str
-    returns: ClassVar[Any] = int
+    action: Literal["run", "stop", "reset"]
 
 
 class Execute(Call, tag="execute"):
@@ -617,9 +560,9 @@ class Ping(Call, tag="ping"):
 
 AnyCall = (
     ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile
-    | Assemble | Download | Upload | ControlProgram | SetBreakpoints | ReadStack
-    | Evaluate | Assign | Execute | ExecuteText | ReadMany | StopAll | Watch | SetRate | FollowLog
-    | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping
+    | Assemble | Download | Upload | ControlProgram | Execute | ExecuteText | ReadMany | StopAll
+    | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom
+    | ExportSettings | ImportSettings | Ping
 )  # fmt: skip
 """Everything a page may ask for."""
 
@@ -666,8 +609,6 @@ class Welcome(Event, tag="welcome"):
     tables: Tables
     listing: Listing | None
     """The program that was last downloaded through this server."""
-    breakpoints: list[Breakpoint]
-    errors: bool
     """The program is held where the module refuses a command."""
 
 
@@ -681,27 +622,6 @@ class Loaded(Event, tag="loaded"):
     """The module's program memory has a new program."""
 
     listing: Listing | None
-
-
-class BreakpointsChanged(Event, tag="breakpoints_changed"):
-    """Another window changed the breakpoints."""
-
-    breakpoints: list[Breakpoint]
-    errors: bool
-
-
-class BreakpointsPlaced(Event, tag="breakpoints_placed"):
-    """Where the breakpoints lie in the module's program now."""
-
-    placed: list[PlacedBreakpoint]
-
-
-class Paused(Event, tag="paused"):
-    """The debugger holds the program."""
-
-    reason: Literal["breakpoint", "step", "pause", "entry", "exception", "end"]
-    address: int
-    text: str
 
 
 class Progress(Event, tag="progress"):
@@ -755,7 +675,7 @@ class Output(Event, tag="output"):
 
 
 AnyEvent = (
-    Answer | Refusal | Welcome | FilesChanged | Loaded | BreakpointsChanged | BreakpointsPlaced | Paused | Progress
+    Answer | Refusal | Welcome | FilesChanged | Loaded | Progress
     | Telegrams | Happened | WorldChanged | Link | Windows | Output
 )  # fmt: skip
 """Everything that the server may send as text."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
@@ -45,7 +46,6 @@ def ide(shared: Ide) -> Ide:
         file.unlink()
     (shared.folder / "program.tmc").write_text(PROGRAM)
     calls = [
-        {"call": "set_breakpoints", "breakpoints": []},
         {"call": "set_time", "paused": False, "speed": 1},
         {"call": "set_bench", "what": "line", "index": 0, "value": 1},
         {"call": "stop_all"},
@@ -59,18 +59,31 @@ def ide(shared: Ide) -> Ide:
         {"call": "set_bench", "what": "power", "index": 0, "value": 0},
         {"call": "set_bench", "what": "power", "index": 0, "value": 1},
     ]
-    origin, token = shared.url.split("/?token=")
-    cookie = {"Cookie": f"tmcm34x-{origin.rpartition(':')[2]}={token}"}
-    with connect(f"ws{origin[4:]}/wire", origin=origin, additional_headers=cookie, proxy=None) as socket:
-        for number, call in enumerate(calls, 1):
-            socket.send(json.dumps([number, call]))
-            while not _is_answer(socket.recv(timeout=10), number):
-                pass
+    _have_done(shared, "/wire", [[number, call] for number, call in enumerate(calls, 1)], "id")
+    sources = [{"path": f"{name}.tmc"} for name in ("program", "program2", "other")]
+    requests = [("setExceptionBreakpoints", {"filters": []})]
+    requests += [("setBreakpoints", {"source": source, "breakpoints": []}) for source in sources]
+    messages = [
+        {"seq": number, "type": "request", "command": command, "arguments": arguments}
+        for number, (command, arguments) in enumerate(requests, 1)
+    ]
+    _have_done(shared, "/dap", messages, "request_seq")
     return shared
 
 
-def _is_answer(message: str | bytes, number: int) -> bool:
-    return isinstance(message, str) and json.loads(message).get("id") == number
+def _have_done(ide: Ide, path: str, messages: list[Any], key: str) -> None:
+    """Send messages numbered from 1; each is answered by one with its number under `key`."""
+    origin, token = ide.url.split("/?token=")
+    cookie = {"Cookie": f"tmcm34x-{origin.rpartition(':')[2]}={token}"}
+    with connect(f"ws{origin[4:]}{path}", origin=origin, additional_headers=cookie, proxy=None) as socket:
+        for number, message in enumerate(messages, 1):
+            socket.send(json.dumps(message))
+            while not _is_answer(socket.recv(timeout=10), key, number):
+                pass
+
+
+def _is_answer(message: str | bytes, key: str, number: int) -> bool:
+    return isinstance(message, str) and json.loads(message).get(key) == number
 
 
 @pytest.fixture

@@ -13,12 +13,13 @@ import {
 } from "@codemirror/view";
 import { computed, effect, signal, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { breakpoints, halted, loaded, placed, program, setBreakpoints, tables, welcome } from "../logic/app";
+import { halted, loaded, program, tables, welcome } from "../logic/app";
 import { assembled } from "../logic/build";
+import { breakpoints, placeOf, setBreakpoints, type Breakpoint } from "../logic/debugger";
 import {
     active, documents, goal, openFile, problems, reload, save, type TextDocument,
 } from "../logic/documents";
-import type { Breakpoint, Problem } from "../wire";
+import type { Problem } from "../wire";
 import { Icon } from "../widgets/icons";
 import { breakpointsOf, gutters, putAddresses, putBreakpoints, putExecution } from "./gutters";
 import { tmcl } from "./language";
@@ -155,8 +156,8 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
         }),
         effect(() => {
             const lines = breakpoints.value.filter((point) => point.path === document.path).map((point) => {
-                const found = placed.value.find((place) => place.path === point.path && place.line === point.line);
-                return { ...point, verified: !!found && found.address >= 0, reason: found?.reason ?? "" };
+                const found = placeOf(point);
+                return { ...point, verified: found?.verified ?? false, reason: found?.message ?? "" };
             });
             view.dispatch({ effects: putBreakpoints.of(lines) });
         }),

@@ -4,6 +4,7 @@ import { find, toggleHere } from "../editor/editor";
 import { showHints } from "../editor/server";
 import { ask, can, online, program, send, stopAll, timePaused, welcome } from "./app";
 import { assemble, busy, download, run, upload } from "./build";
+import { go } from "./debugger";
 import {
     active, activeDocument, activeTab, closeTab, mainFile, newFile, openPage, save, saveAll, type PageName,
 } from "./documents";
@@ -26,24 +27,27 @@ const control = (action: ControlProgram["action"]) => () => ask({ call: "control
 const idle = (): boolean => online.value && !busy.value;
 
 /** What F9 does: go on when the program is held or stopped in the middle, else start it. */
-const runOrContinue = () => (program.value.paused ? control("continue")() : run());
+const runOrContinue = () => (program.value.paused ? go("continue") : run());
+const running = (): boolean => program.value.state === 1 && !program.value.paused;
 
 export const ACTIONS: Action[] = [
     { id: "run", title: "Run", group: "Program", keys: ["F9"], icon: "play", enabled: idle,
         hint: "Assemble, download and run from the start; goes on when held at a breakpoint", run: runOrContinue },
     { id: "stop", title: "Stop", group: "Program", keys: ["Ctrl+F2"], icon: "stop", enabled: () => online.value,
         hint: "Stop the program; motors go on as they are", run: control("stop") },
-    { id: "continue", title: "Continue", group: "Program", keys: ["Shift+F9"], icon: "continue", enabled: idle,
-        hint: "Go on from where the program stands", run: control("continue") },
+    { id: "continue", title: "Continue", group: "Program", keys: ["Shift+F9"], icon: "continue",
+        enabled: () => idle() && !running(), hint: "Go on from where the program stands", run: () => go("continue") },
     { id: "pause", title: "Pause", group: "Program", keys: ["F2"], icon: "pause",
-        enabled: () => online.value && can.value.debug && program.value.state === 1 && !program.value.paused,
-        hint: "Hold the program at its next instruction", run: control("pause") },
-    { id: "step", title: "Step", group: "Program", keys: ["F7"], icon: "step", enabled: idle,
-        hint: "Execute one instruction", run: control("step") },
+        enabled: () => online.value && running(), hint: "Hold the program at its next instruction",
+        run: () => go("pause") },
+    { id: "step", title: "Step", group: "Program", keys: ["F7"], icon: "step",
+        enabled: () => idle() && !running(), hint: "Execute one instruction", run: () => go("stepIn") },
     { id: "step_over", title: "Step over CSUB", group: "Program", keys: ["Shift+F7"], icon: "step-over",
-        enabled: () => idle() && can.value.debug, run: control("step_over") },
+        enabled: () => idle() && !running(), hint: "Execute one instruction, a CSUB with all that it calls",
+        run: () => go("next") },
     { id: "step_out", title: "Step out of CSUB", group: "Program", keys: ["Ctrl+F7"], icon: "step-out",
-        enabled: () => idle() && can.value.debug && program.value.depth > 0, run: control("step_out") },
+        enabled: () => idle() && !running() && (program.value.depth > 0 || !can.value.debug),
+        hint: "Go on until the CSUB has returned", run: () => go("stepOut") },
     { id: "reset", title: "Reset", group: "Program", keys: ["Ctrl+Shift+F2"], icon: "reset",
         enabled: () => online.value, hint: "Stop, and go back to the first instruction", run: control("reset") },
     { id: "breakpoint", title: "Toggle breakpoint", group: "Program", keys: ["F8"], icon: "breakpoint",

@@ -4,7 +4,7 @@ import {
     GROUPS, MOTOR_FLAGS, PROTOCOL, TIME_FLAGS, readBoard, readFrame, readMotor, readProgram, readTime,
 } from "../wire";
 import type {
-    BoardState, Breakpoint, Call, Exchange, FileEntry, Listing, MotorState, Parameter, ProgramState, Results,
+    BoardState, Call, Exchange, FileEntry, Listing, MotorState, Parameter, ProgramState, Results,
     ServerEvent, Severity, Telegram, TimeState, Watched, Welcome, World,
 } from "../wire";
 import { Connection, RefusedError } from "./connection";
@@ -18,12 +18,8 @@ export const welcome = signal<Welcome | null>(null);
 export const files = signal<FileEntry[]>([]);
 export const loaded = signal<Listing | null>(null);
 export const world = signal<World | null>(null);
-export const breakpoints = signal<Breakpoint[]>([]);
-/** The program is held where the module refuses a command. */
-export const holdOnErrors = signal(false);
 export const progress = signal<{ title: string; done: number; total: number } | null>(null);
 export const link = signal<{ up: boolean; text: string }>({ up: true, text: "" });
-export const stopReason = signal<string>("");
 /** Windows that look at this module. */
 export const windows = signal(1);
 
@@ -210,14 +206,6 @@ export function setWatches(items: Watched[]): void {
     sendWatches();
 }
 
-// ------------------------------------------------------------------ breakpoints
-export const placed = signal<Results["set_breakpoints"]>([]);
-export async function setBreakpoints(list: Breakpoint[]): Promise<void> {
-    breakpoints.value = list;
-    if (!online.value || !can.value.debug) return;
-    placed.value = (await ask({ call: "set_breakpoints", breakpoints: list, errors: holdOnErrors.value })) ?? [];
-}
-
 // ------------------------------------------------------------------ events
 const eventListeners = new Set<(event: ServerEvent) => void>();
 export const onServerEvent = (listener: (event: ServerEvent) => void): void => void eventListeners.add(listener);
@@ -233,19 +221,8 @@ connection.onEvent = (event) => {
         case "loaded":
             loaded.value = event.listing;
             break;
-        case "breakpoints_changed":
-            breakpoints.value = event.breakpoints;
-            holdOnErrors.value = event.errors;
-            break;
-        case "breakpoints_placed":
-            placed.value = event.placed;
-            break;
         case "windows":
             windows.value = event.count;
-            break;
-        case "paused":
-            stopReason.value = event.reason;
-            if (event.reason === "exception") notify("warning", `Held at ${event.address}: ${event.text}`);
             break;
         case "progress":
             progress.value = event.done >= event.total ? null : event;
@@ -279,8 +256,6 @@ function welcomed(event: Welcome): void {
     }
     welcome.value = event;
     loaded.value = event.listing;
-    holdOnErrors.value = event.errors;
-    breakpoints.value = event.breakpoints;
     progress.value = null;
     lastTelegram.value = 0;
     telegrams.value = [];

@@ -2,8 +2,11 @@
 import { signal, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { PROGRAM_FLAGS } from "../wire";
-import type { Frame } from "../wire";
-import { ask, breakpoints, can, connection, halted, holdOnErrors, online, loaded, placed, program, send, setBreakpoints, stopReason, tables } from "../logic/app";
+import { can, halted, loaded, online, program, send, tables } from "../logic/app";
+import {
+    assign, breakpoints, evaluate, holdOnErrors, placeOf, readStack, setBreakpoints, setHoldOnErrors, stopReason,
+    type Frame,
+} from "../logic/debugger";
 import { remembered } from "../logic/settings";
 import { openFile } from "../logic/documents";
 import { keyOf, parameters, refresh, touched, wanted } from "../logic/parameters";
@@ -32,7 +35,7 @@ export function Program() {
     const { counter, depth, paused, state, flags, accumulator, x } = program.value;
     useEffect(() => {
         if (!can.value.debug || !depth) frames.value = [];
-        else if (halted.value) void ask({ call: "read_stack" }).then((list) => (frames.value = list ?? []));
+        else if (halted.value) void readStack().then((list) => (frames.value = list));
     }, [counter, depth, paused, state]);
     const line = loaded.value?.lines[counter];
     const variables = tables.value.globals.filter((row) => row.bank === 2).slice(0, many.value ? undefined : FIRST_VARIABLES);
@@ -44,6 +47,8 @@ export function Program() {
             <h4>Next instruction</h4>
             <div class="next"><b>{counter}</b> {line ? <button class="link mono" onClick={() => line.line && openFile(line.path, line.line)}>{line.text}</button>
                 : <span class="muted">{loaded.value ? "outside the program" : "this IDE did not load the program in the module"}</span>}</div>
+            <h4>Watches</h4>
+            <Watches />
             {can.value.debug && (
                 <>
                     <h4>Registers</h4>
@@ -53,24 +58,19 @@ export function Program() {
                     </dl>
                     <div class="flags">{Object.entries(FLAG_NAMES).map(([name, text]) => (
                         <button key={name} class={flags & PROGRAM_FLAGS[name as "zero"] ? "on" : ""} title={`Flag ${text}; a click changes it`} aria-pressed={(flags & PROGRAM_FLAGS[name as "zero"]) !== 0}
-                            onClick={() => ask({ call: "assign", target: name, value: flags & PROGRAM_FLAGS[name as "zero"] ? "0" : "1" })}>{text}</button>))}</div>
-                    <h4>Watches</h4>
-                    <Watches />
+                            onClick={() => assign(name, flags & PROGRAM_FLAGS[name as "zero"] ? 0 : 1)}>{text}</button>))}</div>
                     <h4>Stack <span class="muted">{depth} of {tables.value.stack_depth}</span></h4>
                     {frames.value.length ? <ol class="stack">{frames.value.map((frame, n) => (
                         <li key={n}><button class="link" onClick={() => frame.line && openFile(frame.path, frame.line)}>{frame.name}</button> <span class="muted">{frame.address}{frame.path && `, ${frame.path}:${frame.line}`}</span></li>))}</ol>
                         : <p class="muted note">No open CSUB.</p>}
-                    <h4>Breakpoints <label class="check"><input type="checkbox" checked={holdOnErrors.value} onChange={(event) => {
-                        holdOnErrors.value = event.currentTarget.checked;
-                        void setBreakpoints(breakpoints.value);
-                    }} /> hold at refused commands</label></h4>
+                    <h4>Breakpoints <label class="check"><input type="checkbox" checked={holdOnErrors.value} onChange={(event) => void setHoldOnErrors(event.currentTarget.checked)} /> hold at refused commands</label></h4>
                     {breakpoints.value.length ? <ul class="breakpoint-list">{breakpoints.value.map((point) => {
-                        const place = placed.value.find((item) => item.path === point.path && item.line === point.line);
+                        const place = placeOf(point);
                         return (
                             <li key={`${point.path}:${point.line}`}>
-                                <span class={`breakpoint ${place && place.address >= 0 ? "" : "unverified"} ${point.log ? "logpoint" : ""}`} />
+                                <span class={`breakpoint ${place?.verified ? "" : "unverified"} ${point.log ? "logpoint" : ""}`} />
                                 <button class="link" onClick={() => openFile(point.path, point.line)}>{point.path}:{point.line}</button>
-                                <span class="muted">{[point.condition, point.hits && `hits ${point.hits}`, point.log && `log ${point.log}`].filter(Boolean).join(", ") || place?.reason}</span>
+                                <span class="muted">{[point.condition, point.hits && `hits ${point.hits}`, point.log && `log ${point.log}`].filter(Boolean).join(", ") || place?.message}</span>
                                 <button class="tool" aria-label={`Remove breakpoint at line ${point.line}`} onClick={() => setBreakpoints(breakpoints.value.filter((other) => other !== point))}><Icon name="close" size={12} /></button>
                             </li>
                         );
@@ -95,7 +95,7 @@ export function Program() {
 function Register({ name, title, value }: { name: string; title: string; value: number }) {
     return (
         <div><dt>{title}</dt>
-            <dd data-figure={name}><NumberField value={value} low={-(2 ** 31)} high={2 ** 31 - 1} label={title} onCommit={(next) => ask({ call: "assign", target: name, value: String(next) })} /></dd>
+            <dd data-figure={name}><NumberField value={value} low={-(2 ** 31)} high={2 ** 31 - 1} label={title} onCommit={(next) => assign(name, next)} /></dd>
             <dd class="muted">${(value >>> 0).toString(16)}</dd></div>
     );
 }
@@ -103,15 +103,19 @@ function Register({ name, title, value }: { name: string; title: string; value: 
 const expressions = remembered<string[]>("expressions", []);
 const values = signal<(number | string)[]>([]);
 
-/** Expressions over registers, variables, parameters, labels and constants; looked at twice a second. */
+/** Between two looks at the watches; on a serial line each takes its time. */
+const LOOK_MS = 400;
+const SLOW_LOOK_MS = 1500;
+
+/** Expressions over registers, variables, parameters, labels and constants. */
 function Watches() {
     useEffect(() => {
         const look = async () => {
             if (!online.value || !expressions.value.length || document.hidden) return;
-            values.value = (await connection.call({ call: "evaluate", expressions: expressions.value }).catch(() => null)) ?? [];
+            values.value = await Promise.all(expressions.value.map(evaluate));
         };
         void look();
-        const timer = setInterval(() => void look(), 400);
+        const timer = setInterval(() => void look(), can.value.debug ? LOOK_MS : SLOW_LOOK_MS);
         return () => clearInterval(timer);
     }, [expressions.value]);
     const change = (at: number, text: string) => {
@@ -127,7 +131,7 @@ function Watches() {
                 return (
                     <div key={expression}>
                         <input aria-label={`Watch ${at}`} defaultValue={expression} spellcheck={false} onChange={(event) => change(at, event.currentTarget.value)} />
-                        {typeof value === "number" ? <NumberField value={value} label={`Value of ${expression}`} onCommit={(next) => ask({ call: "assign", target: expression, value: String(next) })} />
+                        {typeof value === "number" ? <NumberField value={value} label={`Value of ${expression}`} onCommit={(next) => assign(expression, next)} />
                             : <span class="bad" title={value}>{value === undefined ? "…" : "no value"}</span>}
                         <button class="tool" aria-label={`Remove watch ${expression}`} onClick={() => change(at, "")}><Icon name="close" size={12} /></button>
                     </div>

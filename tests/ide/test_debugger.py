@@ -1,0 +1,197 @@
+"""The debugger that all windows share, spoken to in the Debug Adapter Protocol."""
+
+from __future__ import annotations
+
+import asyncio
+
+from ide.ide_driver import running, virtual
+from tmcm34x.ide import wire
+from tmcm34x.tmcl.datagram import Instruction
+
+PROGRAM = """\
+Start:  ROR 0, 100
+        CALC ADD, 1
+        CSUB Sub
+        JA Start
+Sub:    WAIT TICKS, 0, 1
+        RSUB
+"""
+
+
+def _go(folder, scenario, text=PROGRAM, **options):
+    (folder / "program.tmc").write_text(text)
+
+    async def run():
+        async with running(folder, virtual(**options)) as ide, ide.page() as page, ide.debugger() as editor:
+            await scenario(ide, page, editor)
+
+    asyncio.run(run())
+
+
+async def _start(page):
+    await page.call(wire.Download("program.tmc", run=True))
+
+
+def test_a_breakpoint_holds_the_program_and_steps_go_on_from_there(tmp_path):
+    async def scenario(ide, page, editor):
+        await page.call(wire.Download("program.tmc"))
+        (placed,) = await editor.breakpoints("program.tmc", {"line": 3})
+        assert placed["verified"] and placed["instructionReference"] == "0x2"
+        await page.call(wire.ControlProgram("run"))
+        stopped = await editor.event("stopped")
+        assert (stopped["reason"], stopped["hitBreakpointIds"]) == ("breakpoint", [placed["id"]])
+        held = await page.event(wire.Happened, lambda event: event.kind == "held")
+        assert held.text == "breakpoint at 2"
+        await page.until(lambda: page.state["program"]["paused"] == 1)
+        assert page.state["program"]["accumulator"] == 1
+        await editor.do("stepIn", threadId=1)
+        assert (await editor.event("stopped"))["reason"] == "step"
+        frames = (await editor.do("stackTrace", threadId=1))["stackFrames"]
+        assert [(frame["name"], frame["line"]) for frame in frames] == [("Sub", 5), ("program", 3)]
+        assert frames[0]["source"]["path"] == str(tmp_path / "program.tmc")
+        await editor.do("stepOut", threadId=1)
+        await page.until(lambda: page.state["program"]["counter"] == 3 and page.state["program"]["paused"])
+        await editor.breakpoints("program.tmc")
+        await editor.do("continue", threadId=1)
+        await page.until(lambda: page.state["program"]["state"] == 1)
+        assert ide.virtual.module.program.before_instruction is None
+
+    _go(tmp_path, scenario, speed=10)
+
+
+def test_step_over_runs_through_a_subroutine(tmp_path):
+    async def scenario(ide, page, editor):
+        await page.call(wire.Download("program.tmc"))
+        await editor.breakpoints("program.tmc", {"line": 3})
+        await page.call(wire.ControlProgram("run"))
+        await editor.event("stopped")
+        await editor.do("next", threadId=1)
+        assert (await editor.event("stopped"))["reason"] == "step"
+        await page.until(lambda: page.state["program"]["counter"] == 3)
+
+    _go(tmp_path, scenario)
+
+
+def test_all_windows_hear_what_happens_and_what_one_of_them_sets(tmp_path):
+    async def scenario(ide, page, editor):
+        async with ide.debugger() as other:
+            await _start(page)
+            await page.until(lambda: page.state["program"]["state"] == 1)
+            await editor.do("pause", threadId=1)
+            assert (await other.event("stopped"))["reason"] == "pause"
+            point = {"line": 2, "condition": "x == 3"}
+            placed = await editor.breakpoints("program.tmc", point)
+            told = await other.event("tmcl_breakpoints")
+            assert told == {"source": {"path": "program.tmc"}, "breakpoints": [point], "placed": placed}
+            await editor.do("setExceptionBreakpoints", filters=["refused"])
+            assert await other.event("tmcl_filters") == {"filters": ["refused"]}
+        async with ide.debugger() as later:
+            assert (await later.event("tmcl_breakpoints"))["breakpoints"] == [point]
+        assert not any(message.get("event", "").startswith("tmcl") for message in editor.messages)
+
+    _go(tmp_path, scenario, "WAIT TICKS, 0, 10000\nSTOP\n")
+
+
+def test_a_breakpoint_finds_its_place_with_the_download(tmp_path):
+    async def scenario(ide, page, editor):
+        (placed,) = await editor.breakpoints("program.tmc", {"line": 2})
+        assert not placed["verified"]
+        assert "download it first" in placed["message"]
+        await page.call(wire.Download("program.tmc"))
+        moved = (await editor.event("breakpoint"))["breakpoint"]
+        assert (moved["id"], moved["verified"], moved["line"]) == (placed["id"], True, 2)
+
+    _go(tmp_path, scenario)
+
+
+def test_another_host_s_program_takes_the_places_away(tmp_path):
+    async def scenario(ide, page, editor):
+        await page.call(wire.Download("program.tmc"))
+        (placed,) = await editor.breakpoints("program.tmc", {"line": 2})
+        assert placed["verified"]
+        ide.virtual.module.eeprom.write_program([Instruction(28)])
+        assert not (await editor.event("breakpoint"))["breakpoint"]["verified"]
+
+    _go(tmp_path, scenario)
+
+
+def test_breakpoints_have_conditions_hits_and_messages(tmp_path):
+    async def scenario(ide, page, editor):
+        await page.call(wire.Download("program.tmc"))
+        placed = await editor.breakpoints(
+            "program.tmc",
+            {"line": 2, "logMessage": "round {accumulator}"},
+            {"line": 3, "condition": "accumulator == 3"},
+            {"line": 1, "condition": "accumulator >"},
+            {"line": 3, "hitCondition": "5"},
+        )
+        assert [place["verified"] for place in placed] == [True, True, False, True]
+        assert placed[2]["message"]
+        await page.call(wire.ControlProgram("run"))
+        output = await editor.event("output")
+        assert (output["output"], output["line"]) == ("round 1\n", 2)
+        assert (await page.event(wire.Happened, lambda event: event.kind == "log")).text == "round 1"
+        await editor.event("stopped")
+        await page.until(lambda: page.state["program"]["paused"])
+        assert page.state["program"]["accumulator"] == 3
+        await editor.do("continue", threadId=1)
+        await editor.event("stopped")
+        await page.until(lambda: page.state["program"]["accumulator"] == 5)
+
+    _go(tmp_path, scenario, "Loop: CALC ADD, 1\nWAIT TICKS, 0, 1\nJA Loop\n", speed=10)
+
+
+def test_a_refused_command_holds_the_program_when_asked(tmp_path):
+    async def scenario(ide, page, editor):
+        await editor.do("setExceptionBreakpoints", filters=["refused"])
+        await _start(page)
+        stopped = await editor.event("stopped")
+        assert stopped["reason"] == "exception"
+        assert "invalid value" in stopped["text"]
+
+    _go(tmp_path, scenario, "SAP 4, 7, 1\nSTOP\n", speed=0.01)
+
+
+def test_expressions_are_evaluated_and_assigned(tmp_path):
+    async def scenario(ide, page, editor):
+        await page.call(wire.Download("program.tmc"))
+
+        async def value(expression):
+            return (await editor.do("evaluate", expression=expression, context="watch"))["result"]
+
+        assert (await editor.do("setExpression", expression="gp[3]", value="Speed * 2"))["value"] == "600"
+        await editor.do("setExpression", expression="accumulator", value="-5")
+        assert await value("gp[3] + accumulator") == "595"
+        assert await value("ap[max_speed][0]") == "1000"
+        assert await editor.fail("evaluate", expression="nonsense")
+        assert await editor.fail("evaluate", expression="1 +")
+        assert await editor.fail("setExpression", expression="time_ms", value="1")
+        await page.until(lambda: page.state["program"]["accumulator"] == -5)
+
+    _go(tmp_path, scenario, "Speed = 300\nROR 0, Speed\nSTOP\n")
+
+
+def test_what_cannot_be_is_refused_in_a_line(tmp_path):
+    async def scenario(ide, page, editor):
+        await _start(page)
+        assert await editor.fail("stepIn", threadId=1) == "the program is running"
+        assert "program already" in await editor.fail("launch", program="program.tmc")
+        assert "not supported" in await editor.fail("dance")
+        await page.call(wire.SetBench("power", 0, 0))
+        assert await editor.fail("continue", threadId=1) == "the module has no power"
+
+    _go(tmp_path, scenario)
+
+
+def test_a_message_that_is_none_closes_the_line_and_hurts_nobody(tmp_path):
+    async def scenario(ide, page, editor):
+        async with ide.socket("/dap") as stranger:
+            await stranger.send("[1, 2")
+            await stranger.wait_closed()
+            assert stranger.close_code == wire.MALFORMED
+        assert await editor.fail("evaluate", expression="")
+        async with ide.socket("/dap") as stranger:
+            await stranger.send("[]")
+            assert '"success":false' in str(await stranger.recv())
+
+    _go(tmp_path, scenario)

@@ -1,0 +1,186 @@
+// The debugger: a client of the Debug Adapter Protocol. All windows share one session with the module's program
+// (src/tmcm34x/ide/debugger.py says what differs from an editor that has a session of its own).
+import { effect, signal } from "@preact/signals";
+import type { DebugProtocol as Dap } from "@vscode/debugprotocol";
+import { notify, online, welcome } from "./app";
+import { RefusedError } from "./connection";
+
+/** A breakpoint at a source line; empty texts mean not set. */
+export interface Breakpoint {
+    path: string;
+    line: number;
+    /** Hold only when it is not 0. */
+    condition: string;
+    /** A number of hits, perhaps after a comparison. */
+    hits: string;
+    /** Tell this instead of holding. */
+    log: string;
+}
+
+export interface Frame {
+    name: string;
+    address: number;
+    path: string;
+    line: number;
+}
+
+export const breakpoints = signal<Breakpoint[]>([]);
+/** The program is held where the module refuses a command. */
+export const holdOnErrors = signal(false);
+export const stopReason = signal("");
+/** What became of breakpoints, by `place`. */
+const placed = signal<ReadonlyMap<string, Dap.Breakpoint>>(new Map());
+const place = (path: string, line: number): string => `${path}:${line}`;
+/** Where a breakpoint came to lie, or why nowhere. */
+export const placeOf = (point: { path: string; line: number }): Dap.Breakpoint | undefined =>
+    placed.value.get(place(point.path, point.line));
+
+// ------------------------------------------------------------------ messages
+interface Waiting {
+    resolve: (body: never) => void;
+    reject: (error: Error) => void;
+}
+
+let socket: WebSocket | null = null;
+let seq = 0;
+const waiting = new Map<number, Waiting>();
+const connecting = signal(false);
+
+function request<R extends Dap.Response>(command: string, args: object = {}): Promise<R["body"]> {
+    if (socket?.readyState !== WebSocket.OPEN)
+        return Promise.reject(new RefusedError("offline", "The debugger is not connected."));
+    const message: Dap.Request = { seq: ++seq, type: "request", command, arguments: args };
+    socket.send(JSON.stringify(message));
+    return new Promise((resolve, reject) => waiting.set(message.seq, { resolve, reject }));
+}
+
+function take(message: Dap.ProtocolMessage): void {
+    if (message.type === "response") {
+        const response = message as Dap.Response;
+        const asker = waiting.get(response.request_seq);
+        waiting.delete(response.request_seq);
+        if (response.success) asker?.resolve(response.body as never);
+        else asker?.reject(new RefusedError("debugger", response.message ?? "The debugger refused."));
+    } else if (message.type === "event") {
+        const { event, body } = message as Dap.Event;
+        takers[event]?.(body as never);
+    }
+}
+
+const takers: Record<string, (body: never) => void> = {
+    stopped: (body: Dap.StoppedEvent["body"]) => {
+        stopReason.value = body.reason;
+        if (body.reason === "exception") notify("warning", `Held, refused by the module: ${body.text ?? ""}`);
+    },
+    output: ({ category, output }: Dap.OutputEvent["body"]) =>
+        notify(category === "stderr" ? "error" : "information", output.trimEnd()),
+    breakpoint: ({ breakpoint }: Dap.BreakpointEvent["body"]) => {
+        const moved = [...placed.value].find(([, known]) => known.id === breakpoint.id);
+        if (moved) placed.value = new Map(placed.value).set(moved[0], breakpoint);
+    },
+    tmcl_breakpoints: (body: { source: Dap.Source; breakpoints: Dap.SourceBreakpoint[]; placed: Dap.Breakpoint[] }) => {
+        const path = relative(body.source.path);
+        const here = body.breakpoints.map((point): Breakpoint => ({
+            path, line: point.line, condition: point.condition ?? "", hits: point.hitCondition ?? "",
+            log: point.logMessage ?? "",
+        }));
+        breakpoints.value = [...breakpoints.value.filter((point) => point.path !== path), ...here];
+        keep(path, here, body.placed);
+    },
+    tmcl_filters: (body: { filters: string[] }) => (holdOnErrors.value = body.filters.includes(REFUSED)),
+};
+
+// ------------------------------------------------------------------ breakpoints
+const REFUSED = "refused";
+
+function keep(path: string, points: Breakpoint[], answers: Dap.Breakpoint[]): void {
+    const others = [...placed.value].filter(([key]) => !key.startsWith(`${path}:`));
+    placed.value = new Map([...others, ...points.map((point, at) => [place(path, point.line), answers[at]!] as const)]);
+}
+
+/** Have these instead of the present ones. */
+export async function setBreakpoints(list: Breakpoint[]): Promise<void> {
+    const before = breakpoints.value;
+    breakpoints.value = list;
+    await Promise.all([...new Set([...before, ...list].map((point) => point.path))].map(sendBreakpoints));
+}
+
+async function sendBreakpoints(path: string): Promise<void> {
+    const here = breakpoints.value.filter((point) => point.path === path);
+    const wanted = here.map((point): Dap.SourceBreakpoint => ({
+        line: point.line, condition: point.condition, hitCondition: point.hits, logMessage: point.log,
+    }));
+    const answer = await attempt<Dap.SetBreakpointsResponse>("setBreakpoints", { source: { path }, breakpoints: wanted });
+    if (answer) keep(path, here, answer.breakpoints);
+}
+
+export async function setHoldOnErrors(on: boolean): Promise<void> {
+    holdOnErrors.value = on;
+    await attempt("setExceptionBreakpoints", { filters: on ? [REFUSED] : [] });
+}
+
+// ------------------------------------------------------------------ going on, looking, changing
+/** Ask the debugger; a refusal becomes a notice and the answer null. */
+async function attempt<R extends Dap.Response>(command: string, args: object = {}): Promise<R["body"] | null> {
+    try {
+        return (await request<R>(command, args)) ?? {};
+    } catch (error) {
+        if (!(error instanceof RefusedError)) throw error;
+        if (error.code !== "offline" || online.value) notify("error", `${error.message.replace(/\.$/, "")}.`);
+        return null;
+    }
+}
+
+export const go = (command: "continue" | "pause" | "next" | "stepIn" | "stepOut"): Promise<unknown> =>
+    attempt(command, { threadId: 1 });
+
+/** The open routines, the innermost first. */
+export async function readStack(): Promise<Frame[]> {
+    const answer = await attempt<Dap.StackTraceResponse>("stackTrace", { threadId: 1 });
+    return (answer?.stackFrames ?? []).map((frame) => ({
+        name: frame.name, address: Number(frame.instructionPointerReference), path: relative(frame.source?.path),
+        line: frame.line,
+    }));
+}
+
+/** The value of an expression, or why it has none. */
+export async function evaluate(expression: string): Promise<number | string> {
+    try {
+        return Number((await request<Dap.EvaluateResponse>("evaluate", { expression, context: "watch" })).result);
+    } catch (error) {
+        return (error as Error).message;
+    }
+}
+
+export const assign = (expression: string, value: number | string): Promise<unknown> =>
+    attempt("setExpression", { expression, value: String(value) });
+
+/** A path of the protocol's below the opened folder. */
+const relative = (path = ""): string => {
+    const folder = `${welcome.value?.folder ?? ""}/`;
+    return path.startsWith(folder) ? path.slice(folder.length) : path;
+};
+
+// ------------------------------------------------------------------ connection
+async function greet(): Promise<void> {
+    const kept = breakpoints.value;
+    await request("initialize", { adapterID: "tmcl", clientID: "tmcm34x", pathFormat: "path" });
+    await request("attach");
+    breakpoints.value = [];
+    await request("configurationDone");
+    await request("threads");
+    if (!breakpoints.value.length && kept.length) await setBreakpoints(kept);
+}
+
+effect(() => {
+    if (!online.value || connecting.value) return;
+    connecting.value = true;
+    socket = new WebSocket(new URL("/dap", location.href.replace(/^http/, "ws")));
+    socket.onmessage = ({ data }) => take(JSON.parse(String(data)) as Dap.ProtocolMessage);
+    socket.onopen = () => void greet().catch(() => {});
+    socket.onclose = () => {
+        for (const asker of waiting.values()) asker.reject(new RefusedError("offline", "The debugger is gone."));
+        waiting.clear();
+        setTimeout(() => (connecting.value = false), 500);
+    };
+});
