@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 import signal
 import socket
 import subprocess
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tmcm34x.cli.ide import PORT
 from tmcm34x.firmware.storage import Eeprom
 
 COMMAND = (str(Path(sys.executable).with_name("tmcm34x")), "ide", "--no-browser")
@@ -50,6 +52,18 @@ def test_the_eeprom_is_kept_in_its_file(tmp_path):
     assert "341" in _refused("--model", "343", "--eeprom", str(image))
     error = _refused("--eeprom", str(tmp_path / "nowhere" / "x.eeprom"))
     assert "x.eeprom" in error
+
+
+def test_the_usual_port_is_taken_once_and_a_free_one_the_second_time(tmp_path):
+    ports = []
+    with contextlib.ExitStack() as stack:
+        for _ in range(2):
+            process = subprocess.Popen([*COMMAND, str(tmp_path)], stdout=subprocess.PIPE, text=True)
+            stack.enter_context(process)
+            stack.callback(process.terminate)
+            ports.append(int(process.stdout.readline().split(":")[2].partition("/")[0]))
+    assert ports[0] != ports[1]
+    assert ports[1] != PORT
 
 
 def test_a_taken_address_is_told_in_one_line():

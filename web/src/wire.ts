@@ -602,6 +602,7 @@ export interface Welcome {
     event: "welcome";
     protocol: number;
     product: string;
+    start: string;
     folder: string;
     open: string[];
     source: "serial" | "tcp" | "virtual";

@@ -8,7 +8,7 @@ import signal
 import socket
 import webbrowser
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import click
 
@@ -17,6 +17,11 @@ from tmcm34x.cli import CliError
 if TYPE_CHECKING:
     from tmcm34x.ide.target import Target
     from tmcm34x.ide.telegrams import Telegrams
+
+
+PORT: Final = 8343
+"""What a browser remembers of the IDE (layout, theme, unsaved texts) belongs to its port."""
+LOOPBACK_HOST: Final = "127.0.0.1"
 
 
 class _Address(click.ParamType[tuple[str, int]]):
@@ -32,7 +37,7 @@ class _Address(click.ParamType[tuple[str, int]]):
         host, _, port = str(value).rpartition(":")
         if not port.isdecimal() or int(port) > 65535:
             self.fail(f"{value!r} is not HOST:PORT with a port of 0 to 65535", param, ctx)
-        return host.strip("[]") or "127.0.0.1", int(port)
+        return host.strip("[]") or LOOPBACK_HOST, int(port)
 
 
 _EXAMPLES = """\b
@@ -68,12 +73,11 @@ Examples:
 @click.option(
     "--listen",
     type=_Address(),
-    default="127.0.0.1:0",
     metavar="HOST:PORT",
-    help="Where the browser finds the IDE; loopback and a free port unless told otherwise.",
+    help=f"Where the browser finds the IDE; otherwise loopback and port {PORT}, or a free one where that is taken.",
 )
 @click.option("--no-browser", is_flag=True, help="Do not open a browser.")
-def command(paths: tuple[Path, ...], listen: tuple[str, int], no_browser: bool, **options: Any) -> int:
+def command(paths: tuple[Path, ...], listen: tuple[str, int] | None, no_browser: bool, **options: Any) -> int:
     """The TMCL-IDE in the browser: editor, debugger, axes, plots and bench.
 
     Without --port, on a virtual module.  Prints its address, token included, on a line of its own; the address
@@ -83,8 +87,17 @@ def command(paths: tuple[Path, ...], listen: tuple[str, int], no_browser: bool, 
         raise CliError("--port is a real module: --model, --bench and --eeprom are for virtual ones")
     if options["bench"] and options["model"]:
         raise CliError("the bench file says which model it is: leave --model away")
-    listener = _bind(*listen)
-    return asyncio.run(_serve(paths, options, listener, listen[0], no_browser))
+    listener = _bind_usual() if listen is None else _bind(*listen)
+    host = LOOPBACK_HOST if listen is None else listen[0]
+    return asyncio.run(_serve(paths, options, listener, host, no_browser))
+
+
+def _bind_usual() -> socket.socket:
+    """The port of most starts, so that the browser finds again what it has remembered for it."""
+    try:
+        return _bind(LOOPBACK_HOST, PORT)
+    except CliError:
+        return _bind(LOOPBACK_HOST, 0)
 
 
 def _bind(host: str, port: int) -> socket.socket:

@@ -55,10 +55,12 @@ def _open_socket(host: str, port: int, url: str) -> Stream:
 def _open_serial(device: str, baud: int) -> Stream:
     import serial
 
+    from tmcm34x.links.serial import port_reason
+
     try:
         return DescriptorStream(serial.Serial(device, baud, exclusive=True), device)
     except (OSError, ValueError) as error:
-        raise LinkError(f"cannot open {device}: {_reason(error)}") from error
+        raise LinkError(f"cannot open {device}: {port_reason(error)}") from error
 
 
 class DescriptorStream:

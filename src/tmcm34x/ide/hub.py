@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import asyncio
+import secrets
 from collections.abc import Awaitable, Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
@@ -52,6 +53,7 @@ class Hub:
         self.debugger = Debugger(target, workspace.folder)
         self.pages: set[Page] = set()
         self._show = show
+        self._start = secrets.token_hex(8)
         self._files: list[wire.FileEntry] = []
         self._listing: wire.Listing | None = None
         self._memory = -1
@@ -112,6 +114,7 @@ class Hub:
         return wire.Welcome(
             protocol=wire.PROTOCOL,
             product=f"tmcm34x {__version__}",
+            start=self._start,
             folder=str(self.workspace.folder),
             open=self._show,
             source=target.source,

@@ -598,6 +598,8 @@ class Welcome(Event, tag="welcome"):
 
     protocol: int
     product: str
+    start: str
+    """Another text for each start of the server."""
     folder: str
     open: list[str]
     """Files to show at first."""

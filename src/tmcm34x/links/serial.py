@@ -6,6 +6,7 @@ A port that goes away (a USB adapter pulled) is tried again once a second until 
 from __future__ import annotations
 
 import asyncio
+import errno
 import os
 from typing import Final
 
@@ -39,10 +40,7 @@ class SerialLink:
         try:
             self._start()
         except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            number = getattr(error, "errno", None)
-            reason = os.strerror(number) if number else str(error)
-            raise LinkError(f"cannot open {self._device}: {reason}") from error
+            raise LinkError(f"cannot open {self._device}: {port_reason(error)}") from error
         return self._device
 
     def close(self) -> None:
@@ -77,3 +75,11 @@ class SerialLink:
             self._start()
         except OSError:
             self._retry = asyncio.get_running_loop().call_later(RETRY_S, self._restart)
+
+
+def port_reason(error: Exception) -> str:
+    """Why a port could not be opened, in words for its user."""
+    number = getattr(error, "errno", None)
+    if number in {errno.EAGAIN, errno.EBUSY}:
+        return "another program is using it"
+    return os.strerror(number) if number else str(error)

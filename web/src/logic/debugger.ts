@@ -2,7 +2,7 @@
 // (src/tmcm34x/ide/debugger.py says what differs from an editor that has a session of its own).
 import { effect, signal } from "@preact/signals";
 import type { DebugProtocol as Dap } from "@vscode/debugprotocol";
-import { notify, online, welcome } from "./app";
+import { can, notify, online, welcome } from "./app";
 import { RefusedError } from "./connection";
 
 /** A breakpoint at a source line; empty texts mean not set. */
@@ -111,7 +111,10 @@ async function sendBreakpoints(path: string): Promise<void> {
         line: point.line, condition: point.condition, hitCondition: point.hits, logMessage: point.log,
     }));
     const answer = await attempt<Dap.SetBreakpointsResponse>("setBreakpoints", { source: { path }, breakpoints: wanted });
-    if (answer) keep(path, here, answer.breakpoints);
+    if (!answer) return;
+    keep(path, here, answer.breakpoints);
+    const vain = answer.breakpoints.find((point) => !point.verified);
+    if (vain && !can.value.debug) notify("information", `No breakpoints here: ${vain.message}.`);
 }
 
 export async function setHoldOnErrors(on: boolean): Promise<void> {

@@ -226,6 +226,8 @@ export function screenTexts(): Record<string, string> {
     return texts;
 }
 
+const lastStart = remembered("start", "");
+
 /** At the first contact: what was open here before, drafts, and what the server was told to show. */
 export async function restore(): Promise<void> {
     const known = tabs.value;
@@ -239,8 +241,11 @@ export async function restore(): Promise<void> {
         else if (listed.has(tab.path) || drafts.includes(tab.path)) await openFile(tab.path);
     }
     for (const path of [...drafts, ...welcome.value!.open]) if (path) await openFile(path);
-    const wish = welcome.value!.open[0] && !known.some((tab) => tab.path === welcome.value!.open[0]);
-    if (!wish && tabs.value.some((tab) => keyOf(tab) === before)) active.value = before;
+    const { start, open } = welcome.value!;
+    const again = start === lastStart.value;
+    lastStart.value = start;
+    if ((again || !open.length) && tabs.value.some((tab) => keyOf(tab) === before)) active.value = before;
+    if (!listed.has(mainFile.value) || (!again && open.length)) mainFile.value = "";
 }
 
 onServerEvent((event) => {

@@ -1,0 +1,108 @@
+"""The page with a module at the end of a line: serial port and TCP."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from ide.page.driver import COMMAND, PROGRAM, Ide, figure, line, tab, until
+
+Open = Callable[..., Page]
+
+
+@pytest.fixture
+def open_ide(tmp_path: Path, chromium: Browser) -> Iterator[Open]:
+    """Call it with a port: the page of an IDE on that module."""
+    (tmp_path / "program.tmc").write_text(PROGRAM)
+    ides: list[Ide] = []
+    context = chromium.new_context(viewport={"width": 1280, "height": 720})
+
+    def start(port: str) -> Page:
+        ides.append(Ide(tmp_path, "--port", port))
+        page = context.new_page()
+        page.set_default_timeout(10_000)
+        page.goto(ides[-1].url)
+        expect(page.locator(".cm-content")).to_be_visible()
+        return page
+
+    yield start
+    context.close()
+    for ide in ides:
+        ide.stop()
+
+
+def test_a_module_on_a_serial_line_runs_steps_and_stops(serve: Any, open_ide: Open):
+    port = serve("--pty").pty
+    page = open_ide(port)
+    expect(page.locator("header").first).to_contain_text("TMCM-343")
+    page.keyboard.press("F9")
+    expect(page.locator(".status-bar .pill").first).to_have_text("running")
+    until(page, lambda: figure(page, 0, "speed") == 500)
+    page.keyboard.press("F2")
+    expect(page.locator(".status-bar .pill").first).to_have_text("stopped")
+    page.keyboard.press("F7")
+    expect(page.locator(".cm-line.execution.held")).to_be_visible()
+    page.locator(".breakpoints .cm-gutterElement").nth(5).click()
+    expect(page.locator(".notice")).to_contain_text("real module")
+    tab(page, "Program")
+    field = page.get_by_role("textbox", name="New watch")
+    field.fill("ap[target_speed][0] * 2")
+    field.press("Enter")
+    expect(page.get_by_role("textbox", name="Value of ap[target_speed][0] * 2")).to_have_value("1000")
+    page.keyboard.press("F10")
+    tab(page, "Axes")
+    until(page, lambda: figure(page, 0, "speed") == 0)
+    tab(page, "Bench")
+    expect(page.locator(".empty", has_text="real module")).to_be_visible()
+    result = subprocess.run(
+        [COMMAND, "ide", "--no-browser", "--port", port],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+    assert (result.returncode, result.stderr.count("\n")) == (2, 1)
+    assert "another program is using it" in result.stderr
+
+
+def test_a_pulled_plug_is_told_and_mended_and_the_text_stays(serve: Any, open_ide: Open):
+    served = serve("--tcp", "127.0.0.1:0")
+    page = open_ide(f"tcp://{served.tcp}")
+    tab(page, "Direct mode")
+    line(page, "GAP 4, 0")
+    expect(page.locator(".answers .value").first).to_have_text("1000")
+    served.stop()
+    expect(page.locator(".banner")).to_contain_text("gone")
+    line(page, "GAP 4, 1")
+    expect(page.locator(".answers .bad")).to_have_count(1)
+    page.locator(".cm-content").press("Control+Home")
+    page.keyboard.type("// meanwhile\n")
+    serve("--tcp", served.tcp)
+    expect(page.locator(".banner")).to_have_count(0)
+    expect(page.locator(".cm-content")).to_contain_text("// meanwhile")
+    line(page, "SAP 4, 2, 777")
+    page.get_by_role("button", name="Parameters", exact=True).click()
+    field = page.get_by_role("textbox", name="maximum positioning speed of motor 2")
+    expect(field).to_have_value("777")
+
+
+def test_a_module_s_settings_program_and_motion_are_reached_over_tcp(serve: Any, open_ide: Open):
+    page = open_ide(f"tcp://{serve('--model', '341', '--tcp', '127.0.0.1:0').tcp}")
+    expect(page.locator("header").first).to_contain_text("TMCM-341")
+    page.keyboard.press("F6")
+    expect(page.locator(".notice").first).to_contain_text("instructions are in the module")
+    page.get_by_role("button", name="Upload and disassemble").click()
+    expect(page.locator(".code:not([hidden]) .cm-content")).to_contain_text("ROR 0, 500")
+    page.get_by_role("textbox", name="Destination of motor 2").fill("1500")
+    page.keyboard.press("Enter")
+    page.get_by_role("button", name="Move motor 2 to").click()
+    until(page, lambda: figure(page, 2, "position") == 1500)
+    page.get_by_role("button", name="Tools", exact=True).click()
+    page.get_by_role("button", name="Firmware and reset").click()
+    expect(page.locator(".tool-body")).to_contain_text(re.compile("341.*V4.36"))
