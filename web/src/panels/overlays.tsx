@@ -1,11 +1,12 @@
 // Palette, overview of keys, notices, and what is said when the server is away.
-import { useSignal } from "@preact/signals";
+import { computed, useSignal } from "@preact/signals";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { ACTIONS, overview, perform } from "../logic/actions";
-import { connection, dismiss, files, link, notices, powered, progress, welcome } from "../logic/app";
+import { ask, connection, dismiss, files, link, notices, plugged, powered, progress, time, welcome } from "../logic/app";
 import { openFile, openPage, PAGES, type PageName } from "../logic/documents";
 import { palette } from "../logic/layout";
 import { score } from "../logic/text";
+import { Modal } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
 interface Row { title: string; detail: string; run: () => unknown; weight: number }
@@ -33,50 +34,42 @@ export function Palette() {
         if (row) void row.run();
     };
     return (
-        <div class="veil" onPointerDown={(event) => event.target === event.currentTarget && close()}>
-            <div class="palette" role="dialog" aria-label="Open or do anything">
-                <input ref={field} placeholder="File or command" aria-label="File or command" value={palette.value}
-                    onInput={(event) => { palette.value = event.currentTarget.value; chosen.value = 0; }}
-                    onKeyDown={(event) => {
-                        if (event.key === "Escape") close();
-                        else if (event.key === "Enter") go(found[chosen.value]?.row);
-                        else if (event.key === "ArrowDown") chosen.value = Math.min(found.length - 1, chosen.value + 1);
-                        else if (event.key === "ArrowUp") chosen.value = Math.max(0, chosen.value - 1);
-                        else return;
-                        event.preventDefault();
-                        event.stopPropagation();
-                    }} />
-                <div role="listbox">{found.map(({ row }, n) => (
-                    <button key={row.title + row.detail} role="option" aria-selected={n === chosen.value} class={n === chosen.value ? "on" : ""}
-                        onPointerMove={() => (chosen.value = n)} onClick={() => go(row)}><span>{row.title}</span><kbd>{row.detail}</kbd></button>
-                ))}{!found.length && <p class="muted note">Nothing of that name.</p>}</div>
-            </div>
-        </div>
+        <Modal class="palette" label="Open or do anything" onClose={close}>
+            <input ref={field} placeholder="File or command" aria-label="File or command" value={palette.value}
+                onInput={(event) => { palette.value = event.currentTarget.value; chosen.value = 0; }}
+                onKeyDown={(event) => {
+                    if (event.key === "Enter") go(found[chosen.value]?.row);
+                    else if (event.key === "ArrowDown") chosen.value = Math.min(found.length - 1, chosen.value + 1);
+                    else if (event.key === "ArrowUp") chosen.value = Math.max(0, chosen.value - 1);
+                    else return;
+                    event.preventDefault();
+                    event.stopPropagation();
+                }} />
+            <div role="listbox">{found.map(({ row }, n) => (
+                <button key={row.title + row.detail} role="option" aria-selected={n === chosen.value} class={n === chosen.value ? "on" : ""}
+                    onPointerMove={() => (chosen.value = n)} onClick={() => go(row)}><span>{row.title}</span><kbd>{row.detail}</kbd></button>
+            ))}{!found.length && <p class="muted note">Nothing of that name.</p>}</div>
+        </Modal>
     );
 }
 
 export function Overview() {
-    const box = useRef<HTMLDivElement>(null);
-    useLayoutEffect(() => box.current?.focus(), [overview.value]);
     if (!overview.value) return null;
     const groups = ["Program", "Module", "File", "View"] as const;
     return (
-        <div class="veil" onPointerDown={(event) => event.target === event.currentTarget && (overview.value = false)}>
-            <div class="overview" role="dialog" aria-label="Keyboard shortcuts" tabIndex={-1} ref={box}
-                onKeyDown={(event) => event.key === "Escape" && (overview.value = false)}>
-                <header><h2>Keyboard shortcuts</h2><button class="tool" aria-label="Close" onClick={() => (overview.value = false)}><Icon name="close" /></button></header>
-                <div class="groups">
-                    {groups.map((group) => (
-                        <section key={group}><h3>{group}</h3><dl>{ACTIONS.filter((row) => row.group === group && row.keys).map((row) => (
-                            <div key={row.id}><dt>{row.title}</dt><dd>{row.keys!.map((keys) => <kbd key={keys}>{keys}</kbd>)}</dd></div>))}</dl></section>
-                    ))}
-                    <section><h3>Editor</h3><dl>
-                        {[["Complete", "Ctrl+Space"], ["Go to definition", "F12"], ["References", "Shift+F12"], ["Format", "Shift+Alt+F"], ["Rename symbol", "Shift+F6"], ["Comment lines", "Ctrl+/"], ["Delete line", "Ctrl+Y"], ["Undo", "Ctrl+Z"], ["Redo", "Ctrl+Shift+Z"], ["Next problem", "Ctrl+F8"]].map(([title, keys]) =>
-                            <div key={title}><dt>{title}</dt><dd><kbd>{keys}</kbd></dd></div>)}</dl></section>
-                    <section><h3>Axes</h3><dl><div><dt>Jog while held</dt><dd><kbd>Space</kbd> on an arrow button</dd></div><div><dt>Take a number</dt><dd><kbd>Enter</kbd></dd></div><div><dt>Give it back</dt><dd><kbd>Esc</kbd></dd></div></dl></section>
-                </div>
+        <Modal class="overview" label="Keyboard shortcuts" onClose={() => (overview.value = false)}>
+            <header><h2>Keyboard shortcuts</h2><button class="tool" aria-label="Close" onClick={() => (overview.value = false)}><Icon name="close" /></button></header>
+            <div class="groups">
+                {groups.map((group) => (
+                    <section key={group}><h3>{group}</h3><dl>{ACTIONS.filter((row) => row.group === group && row.keys).map((row) => (
+                        <div key={row.id}><dt>{row.title}</dt><dd>{row.keys!.map((keys) => <kbd key={keys}>{keys}</kbd>)}</dd></div>))}</dl></section>
+                ))}
+                <section><h3>Editor</h3><dl>
+                    {[["Complete", "Ctrl+Space"], ["Go to definition", "F12"], ["References", "Shift+F12"], ["Format", "Shift+Alt+F"], ["Rename symbol", "Shift+F6"], ["Comment lines", "Ctrl+/"], ["Delete line", "Ctrl+Y"], ["Undo", "Ctrl+Z"], ["Redo", "Ctrl+Shift+Z"], ["Next problem", "Ctrl+F8"]].map(([title, keys]) =>
+                        <div key={title}><dt>{title}</dt><dd><kbd>{keys}</kbd></dd></div>)}</dl></section>
+                <section><h3>Axes</h3><dl><div><dt>Jog while held</dt><dd><kbd>Space</kbd> on an arrow button</dd></div><div><dt>Take a number</dt><dd><kbd>Enter</kbd></dd></div><div><dt>Give it back</dt><dd><kbd>Esc</kbd></dd></div></dl></section>
             </div>
-        </div>
+        </Modal>
     );
 }
 
@@ -98,6 +91,9 @@ export function Notices() {
     );
 }
 
+/** The module has told how it is. */
+const told = computed(() => time.value.clock > 0);
+
 /** A strip across the page while something is missing. */
 export function Banner() {
     const state = connection.state.value;
@@ -106,7 +102,9 @@ export function Banner() {
     if (state === "lost" || (state === "connecting" && welcome.value))
         return <div class="banner bad" role="alert"><Icon name="plug" /> The IDE's server does not answer. What you type is kept; the page comes back by itself.</div>;
     if (!link.value.up) return <div class="banner bad" role="alert"><Icon name="plug" /> {link.value.text}</div>;
-    if (welcome.value?.ability.bench && !powered.value)
-        return <div class="banner" role="status"><Icon name="power" /> The module has no power: switch it on at the bench.</div>;
+    if (!welcome.value?.ability.bench || !told.value) return null;
+    const repair = (what: "power" | "line", title: string) => <button onClick={() => ask({ call: "set_bench", what, index: 0, value: 1 })}>{title}</button>;
+    if (!powered.value) return <div class="banner" role="status"><Icon name="power" /> The module has no power. {repair("power", "Switch it on")}</div>;
+    if (!plugged.value) return <div class="banner" role="status"><Icon name="plug" /> The line is unplugged: the module goes on, and hears nothing. {repair("line", "Plug it in")}</div>;
     return null;
 }

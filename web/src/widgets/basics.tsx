@@ -1,7 +1,7 @@
 // Small controls shared by the panels.
-import { useSignal, type ReadonlySignal } from "@preact/signals";
+import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { action, perform } from "../logic/actions";
 import { readNumber } from "../logic/text";
 import { Icon } from "./icons";
@@ -51,7 +51,7 @@ export function NumberField(props: {
         if (fits) props.onCommit(value);
     };
     return (
-        <input ref={field} class={`number ${wrong.value ? "wrong" : ""} ${props.class ?? ""}`} inputMode="numeric"
+        <input ref={field} class={`number ${wrong.value ? "wrong" : ""} ${props.class ?? ""}`} inputMode={(props.low ?? -1) < 0 ? "text" : "numeric"} enterKeyHint="done" autocomplete="off"
             aria-label={props.label} title={wrong.value ? rangeText(props.low, props.high) : undefined}
             disabled={props.disabled} style={props.width ? { width: `${props.width}px` } : undefined}
             onBlur={take}
@@ -78,7 +78,9 @@ export function Splitter(props: { vertical: boolean; onDrag: (delta: number) => 
             aria-label={props.label} aria-orientation={props.vertical ? "vertical" : "horizontal"}
             onKeyDown={(event) => {
                 const step = { ArrowLeft: -16, ArrowUp: -16, ArrowRight: 16, ArrowDown: 16 }[event.key];
-                if (step) props.onDrag(step);
+                if (!step) return;
+                event.preventDefault();
+                props.onDrag(step);
             }}
             onPointerDown={(event) => {
                 const handle = event.currentTarget as HTMLElement;
@@ -95,17 +97,66 @@ export function Splitter(props: { vertical: boolean; onDrag: (delta: number) => 
     );
 }
 
+/** Arrow keys go from one tab, choice or entry to the next of the same list. */
+export function walk(event: KeyboardEvent): void {
+    const step = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 }[event.key];
+    const list = event.currentTarget as HTMLElement;
+    const items = [...list.querySelectorAll<HTMLElement>("[role=tab], [role=radio], [role=treeitem], [role=menuitem]")];
+    const at = items.indexOf(document.activeElement as HTMLElement);
+    if (!step || at < 0) return;
+    event.preventDefault();
+    const next = items[(at + step + items.length) % items.length]!;
+    next.focus();
+    if (next.role === "tab" || next.role === "radio") next.click();
+}
+
 /** Buttons of which one is down. */
 export function Choice<T extends string | number>(props: {
     value: T; options: readonly (readonly [T, string])[]; onChange: (value: T) => void; label: string;
 }) {
     return (
-        <div class="choice" role="radiogroup" aria-label={props.label}>
+        <div class="choice" role="radiogroup" aria-label={props.label} onKeyDown={walk}>
             {props.options.map(([value, text]) => (
-                <button key={value} role="radio" aria-checked={value === props.value}
+                <button key={value} role="radio" aria-checked={value === props.value} tabIndex={value === props.value ? 0 : -1}
                     class={value === props.value ? "on" : ""} onClick={() => props.onChange(value)}>{text}</button>
             ))}
         </div>
+    );
+}
+
+/** A list that a button opens; a choice, Escape or going elsewhere closes it. */
+export function Menu(props: { icon: string; label: string; text?: string; class?: string; tall?: boolean; children: ComponentChildren }) {
+    const open = useSignal(false);
+    const button = useRef<HTMLButtonElement>(null);
+    const close = () => {
+        open.value = false;
+        button.current?.focus();
+    };
+    return (
+        <div class="menu-holder"
+            onFocusOut={(event) => event.currentTarget.contains(event.relatedTarget as Node | null) || (open.value = false)}
+            onKeyDown={(event) => event.key === "Escape" && open.value && close()}>
+            <button ref={button} class={props.class ?? "tool"} title={props.label} aria-label={props.label} aria-haspopup="menu" aria-expanded={open.value}
+                onClick={() => (open.value = !open.value)}><Icon name={props.icon} size={props.text ? 11 : 16} />{props.text && ` ${props.text}`}</button>
+            {open.value && (
+                <div class={`menu ${props.tall ? "tall" : ""}`} role="menu" tabIndex={-1} onKeyDown={walk}
+                    onClick={(event) => (event.target as Element).closest("[role=menuitem]") && close()}>{props.children}</div>
+            )}
+        </div>
+    );
+}
+
+/** A window over the page that keeps the keyboard until it is closed. */
+export function Modal(props: { label: string; class: string; onClose: () => void; children: ComponentChildren }) {
+    const dialog = useRef<HTMLDialogElement>(null);
+    useLayoutEffect(() => {
+        const shown = dialog.current!;
+        shown.showModal();
+        return () => shown.close();
+    }, []);
+    return (
+        <dialog ref={dialog} class={props.class} aria-label={props.label} onClose={props.onClose}
+            onPointerDown={(event) => event.target === event.currentTarget && props.onClose()}>{props.children}</dialog>
     );
 }
 
@@ -114,10 +165,6 @@ export function Empty({ icon, title, children }: { icon: string; title: string; 
     return (
         <div class="empty"><Icon name={icon} size={28} /><h3>{title}</h3><div>{children}</div></div>
     );
-}
-
-export function Live({ of }: { of: ReadonlySignal<string> }) {
-    return <>{of}</>;
 }
 
 /** Give the user a file. */
