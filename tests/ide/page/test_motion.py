@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from playwright.sync_api import Page, expect
+from collections.abc import Iterator
+from pathlib import Path
 
-from ide.page.driver import figure, line, tab, until
+import pytest
+from playwright.sync_api import Browser, CDPSession, Page, expect
+
+from ide.page.driver import PROGRAM, Ide, figure, line, tab, until
+
+BENCHES = Path(__file__).parents[3] / "examples" / "benches"
 
 
 def test_a_motor_is_jogged_while_held_moved_and_zeroed(page: Page):
@@ -64,7 +70,7 @@ def test_inputs_outputs_power_and_line_are_at_the_bench(page: Page):
     page.get_by_role("button", name="Line", exact=True).click()
     page.get_by_role("button", name="Power", exact=True).click()
     expect(page.locator(".banner")).to_contain_text("no power")
-    page.get_by_role("button", name="Power", exact=True).click()
+    page.get_by_role("button", name="Switch it on").click()
     expect(page.locator(".banner")).to_have_count(0)
 
 
@@ -86,3 +92,142 @@ def test_time_is_held_stepped_and_hurried(page: Page):
     running = page.locator(".virtual-time:not(.held)")
     start = seconds(running.inner_text())
     until(page, lambda: seconds(running.inner_text()) > start + 60, 400)
+
+
+def touch(session: CDPSession, kind: str, x: float = 0, y: float = 0) -> None:
+    """A finger: `touchStart`, `touchMove`, `touchEnd`, `touchCancel`."""
+    points = [] if kind in {"touchEnd", "touchCancel"} else [{"x": x, "y": y}]
+    session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+
+def place(page: Page, name: str, role: str = "button") -> tuple[float, float]:
+    """The middle of a control."""
+    box = page.get_by_role(role, name=name).bounding_box()  # type: ignore[arg-type]
+    assert box is not None
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+@pytest.mark.parametrize(
+    "end",
+    [
+        "window.dispatchEvent(new Event('blur'))",
+        "document.dispatchEvent(new Event('visibilitychange'))",
+        "document.querySelector('.jog.held').dispatchEvent(new PointerEvent('pointercancel'))",
+        "[...document.querySelectorAll('[role=tab]')].find((tab) => tab.textContent === 'Bench').click()",
+    ],
+)
+def test_a_jog_ends_with_whatever_ends_the_hold(page: Page, end: str):
+    page.get_by_role("button", name="Jog motor 1 left").hover()
+    page.mouse.down()
+    until(page, lambda: figure(page, 1, "speed") == -400)
+    page.evaluate(end)
+    tab(page, "Axes")
+    until(page, lambda: figure(page, 1, "speed") == 0)
+    page.mouse.up()
+
+
+def test_a_motor_is_not_jogged_by_the_other_button(page: Page):
+    page.get_by_role("button", name="Jog motor 1 left").click(button="right")
+    page.get_by_role("button", name="Jog motor 1 right").click()
+    until(page, lambda: figure(page, 1, "position") > 0)
+
+
+def test_a_finger_jogs_and_drags_without_selecting_text(ide: Ide, chromium: Browser):
+    context = chromium.new_context(viewport={"width": 1180, "height": 820}, has_touch=True, is_mobile=True)
+    page = context.new_page()
+    page.goto(ide.url)
+    page.locator(".axis").first.wait_for()
+    finger = context.new_cdp_session(page)
+    touch(finger, "touchStart", *place(page, "Jog motor 0 right"))
+    until(page, lambda: figure(page, 0, "speed") == 400)
+    touch(finger, "touchCancel")
+    until(page, lambda: figure(page, 0, "speed") == 0)
+    tab(page, "Bench")
+    x, y = place(page, "Load of motor 0", "slider")
+    touch(finger, "touchStart", x, y)
+    for step in range(1, 6):
+        touch(finger, "touchMove", x + 8 * step, y)
+    touch(finger, "touchEnd")
+    load = page.get_by_role("slider", name="Load of motor 0")
+    until(page, lambda: int(load.input_value()) > 10)
+    page.get_by_role("button", name="let go").click()
+    expect(load).to_have_value("0")
+    assert page.evaluate("getSelection().toString()") == ""
+    context.close()
+
+
+def test_a_driver_fault_is_raised_and_shown(page: Page):
+    tab(page, "Bench")
+    page.get_by_role("button", name="Faults of motor 2").click()
+    page.get_by_role("group", name="Driver faults of motor 2").get_by_role(
+        "button", name="open load a"
+    ).click()
+    expect(page.get_by_role("button", name="Faults of motor 2")).to_have_text("open load a")
+    tab(page, "Direct mode")
+    line(page, "ROR 2, 300")
+    tab(page, "Axes")
+    expect(page.locator(".axis.motor2 .errors")).to_have_text("open load A")
+    tab(page, "Bench")
+    page.get_by_role("group", name="Driver faults of motor 2").get_by_role(
+        "button", name="open load a"
+    ).click()
+    expect(page.get_by_role("button", name="Faults of motor 2")).to_have_text("faults")
+    page.get_by_role("button", name="Faults of motor 2").click()
+    expect(page.get_by_role("img", name="output 7 off")).to_be_in_viewport()
+
+
+@pytest.fixture
+def stage(tmp_path: Path, chromium: Browser) -> Iterator[Page]:
+    (tmp_path / "program.tmc").write_text(PROGRAM)
+    ide = Ide(tmp_path, "--bench", str(BENCHES / "xy-stage.toml"))
+    context = chromium.new_context(viewport={"width": 1280, "height": 720})
+    page = context.new_page()
+    page.goto(ide.url)
+    yield page
+    context.close()
+    ide.stop()
+
+
+def test_the_rail_of_a_machine_shows_its_ends_and_switches(stage: Page):
+    axis = stage.locator(".axis.motor0")
+    expect(axis.locator(".rail > span")).to_have_text(["\u2212158\u2009720", "363\u2009520"])
+    expect(axis).to_contain_text("60.00 mm")
+    expect(axis.locator(".cam")).to_have_count(2)
+    expect(stage.locator(".axis.motor2 .cam")).to_have_count(0)
+    stage.get_by_label("Speed of time").select_option("100")
+    stage.get_by_role("textbox", name="Destination of motor 0").fill("-200000")
+    stage.keyboard.press("Enter")
+    stage.get_by_role("button", name="Move motor 0 to").click()
+    expect(axis.locator(".cam[data-side=left]")).to_have_class("cam on")
+    until(stage, lambda: figure(stage, 0, "speed") == 0)
+    stage.get_by_role("button", name="Zero motor 0").click()
+    expect(axis.locator(".rail > span").last).not_to_have_text("363\u2009520")
+
+
+def test_an_unplugged_line_is_told_and_plugged_in_again(page: Page):
+    tab(page, "Bench")
+    page.get_by_role("button", name="Line", exact=True).click()
+    page.get_by_role("button", name="Plug it in").click()
+    expect(page.locator(".banner")).to_have_count(0)
+
+
+def test_a_module_without_drivers_offers_no_loads(tmp_path: Path, chromium: Browser):
+    (tmp_path / "program.tmc").write_text(PROGRAM)
+    ide = Ide(tmp_path, "--model", "342")
+    page = chromium.new_context(viewport={"width": 1280, "height": 720}).new_page()
+    troubles: list[str] = []
+    page.on("pageerror", lambda error: troubles.append(str(error)))
+    page.goto(ide.url)
+    expect(page.get_by_role("button", name="speed", exact=True)).to_be_visible()
+    expect(page.get_by_role("button", name="load", exact=True)).to_have_count(0)
+    expect(page.get_by_role("meter")).to_have_count(0)
+    expect(page.locator(".dial .dead")).to_have_count(0)
+    tab(page, "Bench")
+    expect(page.get_by_role("button", name="Faults of motor 0")).to_have_count(0)
+    page.get_by_role("button", name="Tools", exact=True).click()
+    for tool in ("Stall detection", "Load profile"):
+        page.get_by_role("button", name=tool).click()
+        expect(page.locator(".tools")).to_contain_text("it cannot tell their load")
+    assert troubles == []
+    page.context.close()
+    ide.stop()

@@ -1,8 +1,8 @@
 // The three axes: what each motor does, and everything to move it by hand.
-import { useComputed, useSignal, useSignalEffect } from "@preact/signals";
-import { useRef } from "preact/hooks";
-import { MOTOR_FLAGS } from "../wire";
-import { axisParameter, can, figures, flag, motors, online, powered, send, setAxis, tables, welcome } from "../logic/app";
+import { effect, useComputed, useSignal, useSignalEffect } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import { MOTOR_FLAGS, type AxisWorld, type Cam as CamPlace } from "../wire";
+import { axisParameter, figures, flag, motors, online, powered, send, setAxis, tables, welcome, world } from "../logic/app";
 import { parameters } from "../logic/parameters";
 import { remembered } from "../logic/settings";
 import { grouped, rate, rpm, short, type Scale } from "../logic/units";
@@ -18,14 +18,22 @@ export function scaleOf(motor: number): Scale {
     const value = (key: string) => parameters.value.axis.get(axisParameter(key).number)?.[motor] ?? axisParameter(key).default;
     return {
         clock_hz: tables.value.clock_hz, pulse_div: value("pulse_divisor"), ramp_div: value("ramp_divisor"),
-        resolution: figures[motor]!.value.resolution, fullsteps_per_turn: FULLSTEPS,
+        resolution: figures[motor]!.value.resolution, fullsteps_per_turn: world.value?.axes[motor]?.fullsteps ?? FULLSTEPS,
     };
 }
 
 const jogSpeed = remembered<number[]>("jog", [400, 400, 400]);
 const moveTo = remembered<number[]>("move", [10000, 10000, 10000]);
 
-/** Turns while it is held, with pointer or key; anything that ends the hold stops the motor. */
+/** Motors that were let go while the server was away: they are stopped when it is back. */
+const owed = new Set<number>();
+effect(() => {
+    if (!online.value) return;
+    for (const motor of owed) void send("MST", 0, motor);
+    owed.clear();
+});
+
+/** Turns while it is held, with pointer or key; anything that ends the hold or the sight of it stops the motor. */
 function Jog({ motor, direction }: { motor: number; direction: -1 | 1 }) {
     const held = useSignal(false);
     const start = () => {
@@ -34,10 +42,22 @@ function Jog({ motor, direction }: { motor: number; direction: -1 | 1 }) {
         void send(direction > 0 ? "ROR" : "ROL", 0, motor, jogSpeed.value[motor]!);
     };
     const end = () => {
-        if (!held.value) return;
+        if (!held.peek()) return;
         held.value = false;
-        void send("MST", 0, motor);
+        if (online.peek()) void send("MST", 0, motor);
+        else owed.add(motor);
     };
+    useEffect(() => {
+        const ends = [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"]] as const;
+        for (const [where, what] of ends) where.addEventListener(what, end);
+        return () => {
+            for (const [where, what] of ends) where.removeEventListener(what, end);
+            end();
+        };
+    }, []);
+    useSignalEffect(() => {
+        if (!online.value) end();
+    });
     const hold = (event: KeyboardEvent) => {
         if (event.key !== " " && event.key !== "Enter") return;
         event.preventDefault();
@@ -48,51 +68,93 @@ function Jog({ motor, direction }: { motor: number; direction: -1 | 1 }) {
         <button class={`jog ${held.value ? "held" : ""}`} disabled={!online.value}
             title={`Hold to turn ${name} at speed ${jogSpeed.value[motor]}`} aria-label={`Jog motor ${motor} ${name}`}
             onPointerDown={(event) => {
-                (event.currentTarget as HTMLElement).setPointerCapture(event.pointerId);
+                if (event.button !== 0) return;
+                event.currentTarget.setPointerCapture(event.pointerId);
                 start();
             }}
             onPointerUp={end} onPointerCancel={end} onLostPointerCapture={end} onBlur={end}
             onContextMenu={(event) => event.preventDefault()}
             onKeyDown={hold} onKeyUp={end}>
-            <Icon name={direction > 0 ? "turnRight" : "turnLeft"} />
+            <Icon name={direction > 0 ? "jogRight" : "jogLeft"} />
         </button>
     );
 }
 
-/** The way between where the motor has been, with position and target on it. */
+interface Way { low: number; high: number }
+
+/** A way around zero, ten times a round number wide, that is grown and shrunk in steps. */
+function openWay(way: Way, far: number): Way {
+    if (far <= way.high && far >= way.high / 40) return way;
+    const size = 10 ** Math.floor(Math.log10(Math.max(far, 100)));
+    const high = [1, 2, 5, 10, 20].map((n) => n * size).find((n) => n >= far * 1.15)!;
+    return { low: -high, high };
+}
+
+/** The way of an axis with ends, or between where the motor has been: position, target, switches. */
 function Rail({ motor }: { motor: number }) {
     const carriage = useRef<HTMLDivElement>(null);
     const goal = useRef<HTMLDivElement>(null);
-    const range = useRef({ low: -1000, high: 1000 });
+    const cams = useRef<HTMLDivElement>(null);
+    const way = useRef<Way>({ low: -1000, high: 1000 });
+    const offset = useRef(NaN);
     const labels = useSignal<[string, string]>(["", ""]);
+    const axis = world.value?.axes[motor];
+    const ends = axis && machineEnds(axis);
     useSignalEffect(() => {
-        const { position, target, mode } = motors[motor]!.value;
-        const wide = range.current;
-        const far = Math.max(Math.abs(position), mode === 0 ? Math.abs(target) : 0);
-        if (far > wide.high || far < wide.high / 40) {
-            const size = 10 ** Math.floor(Math.log10(Math.max(far, 100)));
-            const high = [1, 2, 5, 10, 20].map((n) => n * size).find((n) => n >= far * 1.15)!;
-            range.current = { low: -high, high };
-        }
-        const { low, high } = range.current;
-        if (labels.peek()[1] !== grouped(high)) labels.value = [grouped(low), grouped(high)];
-        const place = (value: number) => `translateX(${(((Math.max(low, Math.min(high, value)) - low) / (high - low)) * 100).toFixed(2)}%)`;
-        if (carriage.current) carriage.current.style.transform = place(position);
-        if (goal.current && goal.current.dataset.at !== `${target} ${mode}`) {
-            goal.current.dataset.at = `${target} ${mode}`;
-            goal.current.style.transform = place(target);
+        const { position, target, mode, place, speed, resolution } = motors[motor]!.value;
+        const machine = world.value?.axes[motor];
+        const limits = machine && machineEnds(machine);
+        if (limits) {
+            const each = (machine.fullsteps * 2 ** resolution) / machine.turn;
+            const now = position - place * each;
+            // The rotor trails the field by up to two full steps; what is more is a lost step or another zero.
+            if (speed === 0 || !(Math.abs(now - offset.current) < 3 * 2 ** resolution)) offset.current = Math.round(now);
+            const at = limits.map((end) => Math.round(offset.current + end * each)).sort((a, b) => a - b);
+            way.current = { low: at[0]!, high: at[1]! };
+        } else way.current = openWay(way.current, Math.max(Math.abs(position), mode === 0 ? Math.abs(target) : 0));
+        const { low, high } = way.current;
+        if (labels.peek()[1] !== grouped(high) || labels.peek()[0] !== grouped(low)) labels.value = [grouped(low), grouped(high)];
+        const part = (value: number) => ((Math.max(low, Math.min(high, value)) - low) / (high - low)) * 100;
+        const move = (value: number) => `translateX(${part(value).toFixed(2)}%)`;
+        if (carriage.current) carriage.current.style.transform = move(position);
+        cams.current?.style.setProperty("--zero", `${part(0).toFixed(1)}%`);
+        const key = `${target} ${mode} ${low}`;
+        if (goal.current && goal.current.dataset.at !== key) {
+            goal.current.dataset.at = key;
+            goal.current.style.transform = move(target);
             goal.current.classList.toggle("unused", mode !== 0);
         }
     });
     return (
         <div class="rail">
-            <div class="way" role="img" aria-label={`Position of motor ${motor}`}>
+            <span>{labels.value[0]}</span>
+            <div class="way" ref={cams} role="img" aria-label={`Position of motor ${motor}`}
+                title={ends ? `${axis.low ?? ends[0]} to ${axis.high ?? ends[1]} ${axis.unit}; marks are the switches` : undefined}>
+                {ends && axis.cams.map((cam, n) => <Cam key={n} motor={motor} cam={cam} ends={ends} flipped={axis.turn < 0} />)}
                 <div class="slide goal" ref={goal}><i /></div>
                 <div class="slide carriage" ref={carriage}><i /></div>
             </div>
-            <span class="low">{labels.value[0]}</span><span class="high">{labels.value[1]}</span>
+            <span>{labels.value[1]}</span>
         </div>
     );
+}
+
+/** The lowest and highest place of an axis that has both; its switches where it has no hard stops. */
+function machineEnds({ unit, low, high, cams }: AxisWorld): [number, number] | null {
+    if (unit !== "mm") return null;
+    const places = [low, high, ...cams.flatMap((cam) => [cam.low, cam.high])].filter((place) => place !== null);
+    const first = Math.min(...places);
+    const last = Math.max(...places);
+    return places.length > 1 && first < last ? [first, last] : null;
+}
+
+/** Where a switch is pressed. */
+function Cam({ motor, cam, ends: [first, last], flipped }: { motor: number; cam: CamPlace; ends: [number, number]; flipped: boolean }) {
+    const part = (place: number) => ((place - first) / (last - first)) * 100;
+    const from = part(Math.max(first, cam.low ?? first));
+    const to = part(Math.min(last, cam.high ?? last));
+    const style = { [flipped ? "right" : "left"]: `${from}%`, width: `${to - from}%` };
+    return <i class={`cam ${flag(motor, cam.side) ? "on" : ""}`} style={style} title={`${cam.side} switch`} data-side={cam.side} />;
 }
 
 function Bar({ value, top, tone, label }: { value: number; top: number; tone: string; label: string }) {
@@ -113,7 +175,9 @@ function Axis({ motor }: { motor: number }) {
     const unit = useComputed(() => {
         const scale = scaleOf(motor);
         const now = figures[motor]!.value.speed;
-        return `${short(rate(scale, now) / 1000)} k\u00b5steps/s · ${short(rpm(scale, now))} rpm`;
+        const axis = world.value?.axes[motor];
+        const place = axis && (axis.unit !== "mm" || axis.low !== null || axis.high !== null || axis.cams.length) ? `${figures[motor]!.value.place.toFixed(2).replace("-", "\u2212")} ${axis.unit} · ` : "";
+        return `${place}${short(rpm(scale, now))} rpm · ${short(rate(scale, now) / 1000)} k\u00b5steps/s`;
     });
     const load = useComputed(() => motors[motor]!.value.load);
     const still = useComputed(() => motors[motor]!.value.speed === 0);
@@ -191,5 +255,3 @@ export function Axes() {
     if (!welcome.value) return <Empty icon="plug" title="No module yet">Waiting for the IDE's server.</Empty>;
     return <div class="axes">{[0, 1, 2].map((motor) => <Axis key={motor} motor={motor} />)}</div>;
 }
-
-export { can, flag };

@@ -1,10 +1,11 @@
 // The bench around a virtual module: what a hand would do with switches, shafts, wires and the power supply.
 import { computed } from "@preact/signals";
-import { board, can, flag, motors, plugged, powered, timePaused, time, welcome, world, ask } from "../logic/app";
+import { board, can, flag, motors, online, plugged, powered, timePaused, time, welcome, world, ask } from "../logic/app";
 import type { SetBench } from "../wire";
 import { Empty, Lamp, NumberField, Switch } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
-import { short } from "../logic/units";
+import { remembered } from "../logic/settings";
+import { grouped, short } from "../logic/units";
 
 const set = (what: SetBench["what"], index: number, value: number, fault = "") =>
     ask({ call: "set_bench", what, index, value, fault });
@@ -20,13 +21,13 @@ export function TimeControls() {
     const listed = SPEEDS.some(([value]) => Math.abs(value - asked) < 1e-6);
     return (
         <span class="time-controls">
-            <button class={`tool ${timePaused.value ? "on" : ""}`} aria-pressed={timePaused.value} aria-label="Hold time"
+            <button class={`tool ${timePaused.value ? "on" : ""}`} aria-pressed={timePaused.value} aria-label="Hold time" disabled={!online.value}
                 title="Hold time: module and world stand still (Ctrl+F9)"
                 onClick={() => ask({ call: "set_time", paused: !timePaused.value })}>
                 <Icon name={timePaused.value ? "play" : "pause"} /></button>
-            <button class="tool text" title="Let one millisecond pass, then hold (Ctrl+F10)" aria-label="One millisecond"
+            <button class="tool text" title="Let one millisecond pass, then hold (Ctrl+F10)" aria-label="One millisecond" disabled={!online.value}
                 onClick={() => ask({ call: "step_time", ms: 1 })}>+1 ms</button>
-            <select aria-label="Speed of time" title="Virtual seconds to a second" value={String(asked)}
+            <select aria-label="Speed of time" title="Virtual seconds to a second" value={String(asked)} disabled={!online.value}
                 onChange={(event) => speed(Number(event.currentTarget.value))}>
                 {!listed && <option value={String(asked)}>{short(asked)}×</option>}
                 {SPEEDS.map(([value, text]) => <option key={value} value={String(value)} selected={Math.abs(value - asked) < 1e-6}>{text}</option>)}
@@ -35,47 +36,60 @@ export function TimeControls() {
     );
 }
 
-/** A switch that a finger closes: held while pressed, or kept with the lock. */
-function StopSwitch({ motor, side }: { motor: number; side: "left" | "right" }) {
+/** A switch that a finger closes and lets go again, wherever the axis's own switch stands. */
+export function StopSwitch({ motor, side }: { motor: number; side: "left" | "right" }) {
     const held = world.value?.axes[motor]?.[side === "left" ? "left_held" : "right_held"] ?? false;
     const closed = flag(motor, side);
     const off = flag(motor, side === "left" ? "left_off" : "right_off");
     return (
         <button class={`stop-switch ${closed ? "closed" : ""} ${held ? "held" : ""}`} aria-pressed={closed}
             aria-label={`${side} switch of motor ${motor}`}
-            title={`${closed ? "Open" : "Close"} the ${side} switch of motor ${motor}${off ? " (the module ignores it: disabled)" : ""}`}
+            title={`${held ? "Let go of" : "Close"} the ${side} switch of motor ${motor}${off ? " (disabled: it does not stop the motor)" : ""}`}
             onClick={() => set(side, motor, held ? 0 : 1)}>
             <svg width="34" height="20" viewBox="0 0 34 20" aria-hidden="true">
                 <circle cx="5" cy="14" r="2.500" /><circle cx="29" cy="14" r="2.500" />
                 <path d={closed ? "M7.500 14H26.500" : "M7.300 13 25 5"} />
             </svg>
-            <span>{side}{off ? " ·off" : ""}</span>
+            <span>{side}{off ? " · off" : ""}</span>
         </button>
     );
 }
 
+/** A hand on the shaft. */
+export function Drag({ motor }: { motor: number }) {
+    const percent = Math.round((world.value?.axes[motor]?.load ?? 0) * 100);
+    const drag = (value: number) => set("load", motor, value / 100);
+    return (
+        <div class="slider" title="Torque of a hand on the shaft, in parts of the motor's holding torque">
+            <span>drag <b>{grouped(percent)}</b> %{percent !== 0 && <> · <button class="link" onClick={() => drag(0)}>let go</button></>}</span>
+            <input class="centred" type="range" min="-150" max="150" step="5" value={percent} aria-label={`Load of motor ${motor}`}
+                onDblClick={() => drag(0)} onInput={(event) => drag(Number(event.currentTarget.value))} />
+        </div>
+    );
+}
+
+const faultsOpen = remembered("faults", false);
+
 function AxisBench({ motor }: { motor: number }) {
     const axis = world.value?.axes[motor];
     if (!axis) return null;
-    const percent = Math.round(axis.load * 100);
-    const drivers = (welcome.value?.model.max_current_ma ?? 0) > 0;
+    const slip = motors[motor]!.value.slip;
+    const { faults } = world.value!;
     return (
         <section class={`bench-axis motor${motor}`} aria-label={`Bench of motor ${motor}`}>
             <h4><span class="name">Motor {motor}</span><span class="muted">{axis.motor}</span>
-                {motors[motor]!.value.slip !== 0 && <span class="bad">{Math.abs(motors[motor]!.value.slip)} full steps lost</span>}</h4>
+                {slip !== 0 && <span class="bad">{Math.abs(slip)} full steps lost</span>}<span class="gap" />
+                {faults.length > 0 && <button class={`chip ${axis.faults.length ? "bad" : ""}`} aria-expanded={faultsOpen.value} aria-label={`Faults of motor ${motor}`}
+                    title="Raise faults of the motor driver" onClick={() => (faultsOpen.value = !faultsOpen.value)}>
+                    {axis.faults.map((name) => name.replace(/_/g, " ")).join(", ") || "faults"} <Icon name={faultsOpen.value ? "up" : "down"} size={10} /></button>}</h4>
             <div class="row">
                 <StopSwitch motor={motor} side="left" />
-                <label class="slider" title="Torque of a hand on the shaft, in parts of the holding torque; double click lets go"
-                    onDblClick={() => set("load", motor, 0)}>
-                    <span>drag <b>{percent}</b> %</span>
-                    <input type="range" min="-150" max="150" value={percent} aria-label={`Load of motor ${motor}`}
-                        onInput={(event) => set("load", motor, Number(event.currentTarget.value) / 100)} />
-                </label>
+                <Drag motor={motor} />
                 <StopSwitch motor={motor} side="right" />
             </div>
-            {drivers && (
+            {faultsOpen.value && faults.length > 0 && (
                 <div class="faults" role="group" aria-label={`Driver faults of motor ${motor}`}>
-                    {world.value!.faults.map(({ name, meaning }) => {
+                    {faults.map(({ name, meaning }) => {
                         const on = axis.faults.includes(name);
                         return (
                             <button key={name} class={`fault ${on ? "on" : ""}`} aria-pressed={on} title={meaning}

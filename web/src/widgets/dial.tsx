@@ -3,7 +3,7 @@
 import { useSignalEffect } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { MOTOR_FLAGS } from "../wire";
-import { motors } from "../logic/app";
+import { motors, powered, welcome } from "../logic/app";
 
 const TOP_SPEED = 2047;
 const R = 47;
@@ -41,7 +41,9 @@ export function Dial({ motor }: { motor: number }) {
             shown.current.speed = state.speed;
             speed.current?.setAttribute("d", arc(Math.sign(state.speed) * Math.sqrt(Math.abs(state.speed) / TOP_SPEED)));
         }
-        rotor.current?.classList.toggle("dead", (state.flags & MOTOR_FLAGS.energised) === 0);
+        // Where step and direction leave the board, the coil current is the outside driver's own.
+        const alive = welcome.value?.model.max_current_ma ? (state.flags & MOTOR_FLAGS.energised) !== 0 : powered.value;
+        rotor.current?.classList.toggle("dead", !alive);
     });
     return (
         <div class={`dial motor${motor}`} role="img" aria-label={`Rotor of motor ${motor}`}>
