@@ -35,7 +35,7 @@ def test_curves_are_drawn_chosen_and_exported(page: Page):
         ("VCD for", b"$timescale"),
         ("PNG picture", b"\x89PNG"),
     ):
-        page.get_by_role("button", name="Export").hover()
+        page.get_by_role("button", name="Export").click()
         with page.expect_download() as started:
             page.get_by_role("menuitem", name=name).click()
         assert Path(started.value.path()).read_bytes().startswith(head)

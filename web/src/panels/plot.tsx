@@ -3,7 +3,7 @@ import { useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import {
-    COUNTER_COLUMN, MOTOR_CURVES, OUTPUT_COLUMN, WATCH_COLUMN, WATCH_SLOTS, clockSeconds, columnOf,
+    COUNTER_COLUMN, MOTOR_CURVES, OUTPUT_COLUMN, WATCH_COLUMN, WATCH_SLOTS, columnOf,
     frameListeners, samples, setWatches, tables, watches, welcome,
 } from "../logic/app";
 import { shownTheme } from "../logic/actions";
@@ -11,7 +11,7 @@ import { remembered } from "../logic/settings";
 import { toCsv, toVcd, type Curve } from "../logic/export";
 import { grouped } from "../logic/units";
 import type { Parameter, Watched } from "../wire";
-import { Choice, Empty, offer } from "../widgets/basics";
+import { Choice, Empty, Menu, offer } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
 const KINDS = [
@@ -24,6 +24,11 @@ const KINDS = [
     { curve: "encoder", title: "encoder", scale: "position" },
     { curve: "acceleration", title: "acceleration", scale: "acceleration" },
 ] as const;
+/** Curves with a button of their own. */
+const FIRST: ReadonlySet<string> = new Set(["position", "target", "speed", "load"]);
+const OF_DRIVERS: ReadonlySet<string> = new Set(["load", "current"]);
+/** Without drivers of its own a module measures neither load nor current. */
+const offered = () => KINDS.filter(({ curve }) => welcome.value?.model.max_current_ma || !OF_DRIVERS.has(curve));
 const SPANS = [[2, "2 s"], [10, "10 s"], [60, "1 min"], [600, "10 min"]] as const;
 
 const shownKinds = remembered<string[]>("curves", ["position", "target", "speed"]);
@@ -39,6 +44,13 @@ export function watchTitle({ bank, number, motor }: Watched): string {
     return `${row?.name ?? number}${bank === -1 ? ` ${motor}` : ""}`;
 }
 
+interface Reading {
+    time: number;
+    values: (number | null)[];
+    /** The cursor is in the right half: the readout goes to the left. */
+    right: boolean;
+}
+
 interface ShownCurve extends Curve {
     scale: string;
     colour: string;
@@ -48,11 +60,11 @@ interface ShownCurve extends Curve {
 
 function shownCurves(): ShownCurve[] {
     const list: ShownCurve[] = [];
-    KINDS.forEach(({ curve, title, scale }, at) => {
+    offered().forEach(({ curve, title, scale }) => {
         if (!shownKinds.value.includes(curve)) return;
         for (const motor of shownMotors.value)
             list.push({
-                title: `${title} ${motor}`, column: columnOf(motor, at), scale, colour: css(`--motor${motor}`),
+                title: `${title} ${motor}`, column: columnOf(motor, MOTOR_CURVES.indexOf(curve)), scale, colour: css(`--motor${motor}`),
                 dash: curve.startsWith("target") ? [4, 4] : scale === "position" ? undefined : [1, 0],
                 width: scale === "position" ? 1.8 : 1.1,
             });
@@ -66,8 +78,8 @@ function shownCurves(): ShownCurve[] {
     return list;
 }
 
-/** Draws the marks of program events and the zoom's cursors over the curves. */
-function marksPlugin(): uPlot.Plugin {
+/** Draws what the axes mean, the marks of program events, and the pinned cursor over the curves. */
+function marksPlugin(captions: readonly string[], pinned: () => number | null): uPlot.Plugin {
     return {
         hooks: {
             draw: (plot) => {
@@ -76,6 +88,20 @@ function marksPlugin(): uPlot.Plugin {
                 if (min == null || max == null) return;
                 ctx.save();
                 ctx.font = `${10 * devicePixelRatio}px system-ui`;
+                ctx.fillStyle = css("--muted");
+                captions.forEach((caption, n) => {
+                    ctx.textAlign = n ? "left" : "right";
+                    ctx.fillText(caption, n ? bbox.left + bbox.width + 4 * devicePixelRatio : bbox.left - 4 * devicePixelRatio, bbox.top - 6 * devicePixelRatio);
+                });
+                ctx.textAlign = "left";
+                const pin = pinned();
+                if (pin !== null && pin >= min && pin <= max) {
+                    ctx.strokeStyle = css("--accent");
+                    ctx.beginPath();
+                    ctx.moveTo(plot.valToPos(pin, "x", true), bbox.top);
+                    ctx.lineTo(plot.valToPos(pin, "x", true), bbox.top + bbox.height);
+                    ctx.stroke();
+                }
                 let free = -Infinity;
                 for (const mark of samples.marks) {
                     if (mark.time < min || mark.time > max) continue;
@@ -108,7 +134,9 @@ function view(curves: ShownCurve[], from: number, to: number): uPlot.AlignedData
 
 export function Plot() {
     const host = useRef<HTMLDivElement>(null);
-    const readout = useSignal<{ time: number; values: (number | null)[] } | null>(null);
+    const readout = useSignal<Reading | null>(null);
+    /** What the cursor read where it was pinned; the readout shows the difference. */
+    const pin = useSignal<Reading | null>(null);
     const zoom = useRef<{ min: number; max: number } | null>(null);
     const chart = useRef<uPlot | null>(null);
     const curves = useSignal<ShownCurve[]>([]);
@@ -122,6 +150,7 @@ export function Plot() {
 
     useEffect(() => {
         const element = host.current;
+        pin.value = null;
         if (!element || !curves.value.length) return;
         const list = curves.value;
         const grid = { stroke: css("--grid"), width: 1 };
@@ -134,7 +163,7 @@ export function Plot() {
         const used = [...new Set(list.map(({ scale }) => scale))];
         const plot = new uPlot({
             width: element.clientWidth, height: Math.max(60, element.clientHeight), legend: { show: false },
-            padding: [6, 8, 0, 0], scales, plugins: [marksPlugin()],
+            padding: [18, used.length > 1 ? 0 : 12, 0, 0], scales, plugins: [marksPlugin(used.slice(0, 2).map(captionOf), () => pin.peek()?.time ?? null)],
             cursor: {
                 drag: { x: true, y: false, setScale: false }, points: { size: 5 },
                 bind: { dblclick: (self) => (() => (unzoom(), self.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false), null)) as never },
@@ -152,6 +181,7 @@ export function Plot() {
                     const at = self.cursor.idx;
                     readout.value = at == null ? null : {
                         time: self.data[0]![at]!, values: list.map((_, n) => self.data[n + 1]?.[at] ?? null),
+                        right: self.cursor.left! > self.bbox.width / devicePixelRatio / 2,
                     };
                 }],
                 setSelect: [(self) => {
@@ -166,6 +196,21 @@ export function Plot() {
                 }],
             },
         }, view(list, 0, 0), element);
+        const over = plot.over;
+        let pressed = 0;
+        over.addEventListener("pointerdown", (event) => (pressed = event.clientX));
+        over.addEventListener("click", (event) => {
+            if (Math.abs(event.clientX - pressed) > 4) return;
+            pin.value = pin.peek() ? null : readout.peek();
+            plot.redraw(false);
+        });
+        // A finger drags as a mouse does; across, that is: up and down scrolls the page.
+        const asMouse = (target: EventTarget, name: string) => ({ pointerType, clientX, clientY }: PointerEvent) => {
+            if (pointerType !== "mouse") target.dispatchEvent(new MouseEvent(name, { clientX, clientY }));
+        };
+        over.addEventListener("pointerdown", asMouse(over, "mousedown"));
+        over.addEventListener("pointermove", asMouse(over, "mousemove"));
+        for (const end of ["pointerup", "pointercancel"] as const) over.addEventListener(end, asMouse(document, "mouseup"));
         chart.current = plot;
         let drawn = -1;
         let last = 0;
@@ -215,14 +260,16 @@ export function Plot() {
     const all = (): Curve[] => [
         ...curves.value, { title: "program counter", column: COUNTER_COLUMN }, { title: "outputs", column: OUTPUT_COLUMN },
     ];
-    const savePng = () =>
-        host.current?.querySelector("canvas")?.toBlob((blob) => blob && offer("plot.png", onGround(blob)));
+    const savePng = () => {
+        const canvas = host.current?.querySelector("canvas");
+        if (canvas) picture(canvas, curves.value).toBlob((blob) => blob && offer("plot.png", blob));
+    };
     if (!welcome.value) return <Empty icon="wave" title="Nothing to plot yet">Curves appear when the module is connected.</Empty>;
     return (
         <div class="plot">
             <div class="bar">
                 <div class="chips" role="group" aria-label="Curves">
-                    {KINDS.filter(({ curve }, at) => at < 3 || curve === "load" || shownKinds.value.includes(curve)).map(({ curve, title }) => (
+                    {offered().filter(({ curve }) => FIRST.has(curve) || shownKinds.value.includes(curve)).map(({ curve, title }) => (
                         <button key={curve} class={`chip ${shownKinds.value.includes(curve) ? "on" : ""}`}
                             aria-pressed={shownKinds.value.includes(curve)}
                             onClick={() => (shownKinds.value = toggle(shownKinds.value, curve))}>{title}</button>
@@ -245,26 +292,23 @@ export function Plot() {
                 <Choice label="Span" value={span.value} options={SPANS} onChange={(value) => (span.value = value)} />
                 <button class={`tool ${frozen.value ? "on" : ""}`} title="Hold the picture" aria-label="Hold the plot"
                     aria-pressed={frozen.value} onClick={() => (frozen.value = !frozen.value)}><Icon name="pause" /></button>
-                {zoomed.value && <button class="tool" title="Show the newest again (double click)" onClick={unzoom}><Icon name="expand" /></button>}
-                <div class="menu-holder">
-                    <button class="tool" title="Export" aria-label="Export" aria-haspopup="menu"><Icon name="save" /></button>
-                    <div class="menu" role="menu">
-                        <button role="menuitem" onClick={() => offer("plot.csv", toCsv(samples, all()))}>CSV table</button>
-                        <button role="menuitem" onClick={savePng}>PNG picture</button>
-                        <button role="menuitem" onClick={() => offer("plot.vcd", toVcd(samples, all()))}>VCD for GTKWave, Surfer</button>
-                        <button role="menuitem" onClick={() => (samples.clear(), redraw.current())}>Forget all samples</button>
-                    </div>
-                </div>
+                {zoomed.value && <button class="tool on" title="Show the newest again (double click)" aria-label="Show the newest" onClick={unzoom}><Icon name="expand" /></button>}
+                <Menu icon="save" label="Export">
+                    <button role="menuitem" onClick={() => offer("plot.csv", toCsv(samples, all()))}>CSV table</button>
+                    <button role="menuitem" onClick={savePng}>PNG picture</button>
+                    <button role="menuitem" onClick={() => offer("plot.vcd", toVcd(samples, all()))}>VCD for GTKWave, Surfer</button>
+                    <button role="menuitem" onClick={() => (samples.clear(), redraw.current())}>Forget all samples</button>
+                </Menu>
             </div>
             {curves.value.length ? (
                 <div class="canvas" ref={host}>
                     {readout.value && (
-                        <table class="readout">
+                        <table class={`readout ${readout.value.right ? "left" : ""}`}>
                             <tbody>
-                                <tr><th>time</th><td>{readout.value.time.toFixed(3)} s</td></tr>
+                                <tr><th>time</th><td>{readout.value.time.toFixed(3)} s</td>{pin.value && <td>Δ {(readout.value.time - pin.value.time).toFixed(3)} s</td>}</tr>
                                 {curves.value.map((curve, n) => (
                                     <tr key={curve.title}><th style={{ color: curve.colour }}>{curve.title}</th>
-                                        <td>{readout.value!.values[n] == null || Number.isNaN(readout.value!.values[n]) ? "" : grouped(readout.value!.values[n]!)}</td></tr>
+                                        <td>{figure(readout.value!.values[n])}</td>{pin.value && <td>{figure(readout.value!.values[n]! - pin.value.values[n]!)}</td>}</tr>
                                 ))}
                             </tbody>
                         </table>
@@ -284,51 +328,61 @@ function pad(scale: string, low: number | null, high: number | null): [number, n
     return [low - room, high + room];
 }
 
-const onGround = (blob: Blob): Blob => blob;
+const figure = (value: number | null | undefined): string => (value == null || Number.isNaN(value) ? "" : grouped(value));
+
+/** What an axis of the plot means. */
+const captionOf = (scale: string): string => (scale.startsWith("watch") ? watchTitle(watches.peek()[Number(scale.slice(5))]!) : scale);
+
+/** The plot on the page's ground, with a legend above it. */
+function picture(plot: HTMLCanvasElement, curves: readonly ShownCurve[]): HTMLCanvasElement {
+    const canvas = document.createElement("canvas");
+    const scale = devicePixelRatio;
+    const head = 26 * scale;
+    canvas.width = plot.width;
+    canvas.height = plot.height + head;
+    const ctx = canvas.getContext("2d")!;
+    ctx.fillStyle = css("--page");
+    ctx.fillRect(0, 0, canvas.width, canvas.height);
+    ctx.font = `${11 * scale}px system-ui`;
+    let x = 12 * scale;
+    for (const { title, colour } of curves) {
+        ctx.fillStyle = colour;
+        ctx.fillText(title, x, 17 * scale);
+        x += ctx.measureText(title).width + 16 * scale;
+    }
+    ctx.drawImage(plot, 0, head);
+    return canvas;
+}
 
 /** Curves that are not always offered, and any parameter. */
 function MoreCurves() {
-    const open = useSignal(false);
     const wish = useSignal("");
-    const add = (bank: number, number: number, motor: number) => {
-        setWatches([...watches.value, { bank, number, motor }]);
-        open.value = false;
-    };
+    const add = (bank: number, number: number, motor: number) => setWatches([...watches.value, { bank, number, motor }]);
     const full = watches.value.length >= WATCH_SLOTS;
     const fits = (row: Parameter) => row.access.includes("R") && `${row.number} ${row.name}`.toLowerCase().includes(wish.value.toLowerCase());
-    const close = (event: FocusEvent) => {
-        if (!(event.currentTarget as Element).contains(event.relatedTarget as Node | null)) open.value = false;
-    };
     return (
-        <div class="menu-holder" onFocusOut={close} onKeyDown={(event) => event.key === "Escape" && (open.value = false)}>
-            <button class="chip add" aria-label="More curves" title="More curves, and any parameter" aria-expanded={open.value}
-                onClick={() => (open.value = !open.value)}><Icon name="plus" size={11} /> more</button>
-            {open.value && (
-                <div class="menu open tall" role="menu">
-                    {KINDS.filter(({ curve }, at) => at >= 3 && curve !== "load").map(({ curve, title }) => (
-                        <div class="menu-row" key={curve}><span>{title}</span>
-                            <button role="menuitem" onClick={() => (shownKinds.value = toggle(shownKinds.value, curve))}>{shownKinds.value.includes(curve) ? "hide" : "show"}</button></div>
-                    ))}
-                    <input placeholder="parameter" aria-label="Search parameter" value={wish.value} onInput={(event) => (wish.value = event.currentTarget.value)} />
-                    {full && <p class="note">Eight parameters are plotted: remove one first.</p>}
-                    {!full && tables.value.axis.filter(fits).map((row) => (
-                        <div class="menu-row" key={row.number}>
-                            <span>{row.number} {row.name}</span>
-                            {[0, 1, 2].map((motor) => (
-                                <button key={motor} role="menuitem" class={`motor${motor}`} onClick={() => add(-1, row.number, motor)}>{motor}</button>
-                            ))}
-                        </div>
-                    ))}
-                    {!full && tables.value.globals.filter((row) => fits(row) && (row.bank === 2 || row.number > 63 || row.number === 5)).map((row) => (
-                        <div class="menu-row" key={row.key}><span>{row.bank === 2 ? "" : `${row.number} `}{row.name}</span>
-                            <button role="menuitem" onClick={() => add(row.bank, row.number, 0)}>add</button></div>
+        <Menu icon="plus" text="more" class="chip add" label="More curves" tall>
+            {offered().filter(({ curve }) => !FIRST.has(curve)).map(({ curve, title }) => (
+                <div class="menu-row" key={curve}><span>{title}</span>
+                    <button role="menuitem" onClick={() => (shownKinds.value = toggle(shownKinds.value, curve))}>{shownKinds.value.includes(curve) ? "hide" : "show"}</button></div>
+            ))}
+            <input placeholder="any parameter" aria-label="Search parameter" value={wish.value} onInput={(event) => (wish.value = event.currentTarget.value)} />
+            {full && <p class="note">Eight parameters are plotted: remove one first.</p>}
+            {!full && tables.value.axis.filter(fits).map((row) => (
+                <div class="menu-row" key={row.number}>
+                    <span>{row.number} {row.name}</span>
+                    {[0, 1, 2].map((motor) => (
+                        <button key={motor} role="menuitem" class={`motor${motor}`} aria-label={`Plot ${row.name} of motor ${motor}`} onClick={() => add(-1, row.number, motor)}>{motor}</button>
                     ))}
                 </div>
-            )}
-        </div>
+            ))}
+            {!full && tables.value.globals.filter((row) => fits(row) && (row.bank === 2 || row.number > 63 || row.number === 5)).map((row) => (
+                <div class="menu-row" key={row.key}><span>{row.bank === 2 ? "" : `${row.number} `}{row.name}</span>
+                    <button role="menuitem" onClick={() => add(row.bank, row.number, 0)}>add</button></div>
+            ))}
+        </Menu>
     );
 }
 
 const toggle = <T,>(list: readonly T[], item: T): T[] => (list.includes(item) ? list.filter((other) => other !== item) : [...list, item]);
 
-export { clockSeconds, MOTOR_CURVES };
