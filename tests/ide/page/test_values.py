@@ -41,7 +41,7 @@ def test_the_log_shows_and_filters_telegrams(page: Page):
     tab(page, "Direct mode")
     line(page, "MVP ABS, 1, 9000")
     line(page, "SAP 4, 7, 1")
-    expect(page.locator(".answers tr.bad")).to_have_count(1)
+    expect(page.locator(".answer.bad")).to_have_count(1)
     tab(page, "Telegrams")
     expect(page.locator(".telegram")).to_have_count(4)
     page.get_by_role("textbox", name="Filter telegrams").fill("mvp")

@@ -127,17 +127,18 @@ export function insertIntoEditor(text: string): void {
 
 function Answer({ exchange }: { exchange: Exchange }) {
     const good = exchange.status === 100;
+    const plain = good && exchange.meaning.startsWith("success");
     return (
-        <tr class={good ? "" : "bad"}>
-            <td class="command">{exchange.text}</td>
-            <td class="bytes" title="Sent and received">{exchange.sent}<br />{exchange.received || "no answer"}</td>
-            <td class="value">{exchange.status ? exchange.value : ""}</td>
-            <td class="result" title={exchange.meaning}>{good && exchange.meaning.startsWith("success") ? "100" : `${exchange.status || ""} ${exchange.meaning}`}</td>
-            <td class="acts">
+        <div class={`answer ${good ? "" : "bad"}`} role="listitem">
+            <span class="command">{exchange.text}</span>
+            <span class="bytes"><span title="Sent">{exchange.sent}</span> <span title="Received">{exchange.received || "no answer"}</span></span>
+            <span class="value" title="Value of the answer">{exchange.status ? exchange.value : ""}</span>
+            <span class="result" title={exchange.meaning}>{plain ? "100" : `${exchange.status || ""} ${exchange.meaning}`}</span>
+            <span class="acts">
                 <button class="tool" title="Send again" aria-label="Send again" onClick={() => executeLine(exchange.text)}><Icon name="continue" /></button>
                 <button class="tool" title="Copy to the editor" aria-label="Copy to the editor" onClick={() => insertIntoEditor(exchange.text)}><Icon name="copy" /></button>
-            </td>
-        </tr>
+            </span>
+        </div>
     );
 }
 
@@ -148,8 +149,7 @@ export function Direct() {
             <div class="left"><Form /><Line /></div>
             <div class="answers">
                 {list.length ? (
-                    <table><thead><tr><th>command</th><th>sent / received</th><th>value</th><th>status</th><th /></tr></thead>
-                        <tbody>{list.slice().reverse().map(({ exchange, at }) => <Answer key={at} exchange={exchange} />)}</tbody></table>
+                    <div role="list" aria-label="Answers">{list.slice().reverse().map(({ exchange, at }) => <Answer key={at} exchange={exchange} />)}</div>
                 ) : <Empty icon="right" title="Nothing sent yet">Try <button class="link" onClick={() => executeLine("ROR 0, 500")}>ROR 0, 500</button> to
                     turn motor 0, and <button class="link" onClick={() => executeLine("MST 0")}>MST 0</button> to stop it.</Empty>}
             </div>
