@@ -1,10 +1,10 @@
 // All parameters of the module: seen, explained, changed, stored, exported.
 import { signal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { ask, can, notify, online, powered, send, tables, world } from "../logic/app";
+import { ask, can, notify, online, powered, send, tables } from "../logic/app";
 import { COORDINATE_BANK, keyOf, parameters, refresh, touched } from "../logic/parameters";
 import { remembered } from "../logic/settings";
-import type { Eeprom, Parameter } from "../wire";
+import type { Eeprom, Parameter, StoredValue } from "../wire";
 import { Choice, Empty, NumberField, offer } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 import { want } from "./program";
@@ -74,6 +74,14 @@ async function storeAll(): Promise<void> {
             count++;
         }
     notify("information", `${count} axis parameters are in the EEPROM.`);
+}
+
+async function restoreAll(): Promise<void> {
+    let count = 0;
+    for (const row of tables.value.axis.filter((item) => item.access.includes("E")))
+        for (const motor of [0, 1, 2]) if ((await send("RSAP", row.number, motor))?.status === 100) count++;
+    notify("information", `${count} axis parameters are as the EEPROM has them.`);
+    await refresh();
 }
 
 function AxisTable() {
@@ -171,15 +179,15 @@ function EepromView() {
         const text = part.map((byte) => { const code = parseInt(byte, 16); return code >= 32 && code < 127 ? String.fromCharCode(code) : "·"; }).join("");
         rows.push(`${at.toString(16).padStart(5, "0")}  ${part.join(" ").padEnd(47)}  ${text}`);
     }
-    const name = (bank: number, number: number) => (bank === -1 ? tables.value.axis : tables.value.globals.filter((row) => row.bank === bank)).find((row) => row.number === number)?.name ?? "";
+    const of = ({ bank, motor }: StoredValue) => (bank === -1 || bank === COORDINATE_BANK ? `motor ${motor}` : `bank ${bank}`);
+    const name = (bank: number, number: number) => bank === COORDINATE_BANK ? `coordinate ${number}` : (bank === -1 ? tables.value.axis : tables.value.globals.filter((row) => row.bank === bank)).find((row) => row.number === number)?.name ?? "";
     return (
         <div class="eeprom">
-            <p class="muted note">{found.file ? <>Kept in <code>{found.file}</code>.</> : "Kept in memory only: it is gone when the IDE ends."} {bytes.length} bytes.
-                <button onClick={load}>Read again</button></p>
+            <p class="muted note">{found.file ? <>Kept in <code>{found.file}</code>.</> : "Kept in memory only: it is gone when the IDE ends."} {bytes.length} bytes. <button onClick={load}>Read again</button></p>
             <div class="columns">
                 <table class="stored"><thead><tr><th>no.</th><th>stored parameter</th><th>of</th><th>value</th></tr></thead>
                     <tbody>{found.values.map((value) => <tr key={`${value.bank}/${value.number}/${value.motor}`}><td class="no">{value.number}</td><td>{name(value.bank, value.number)}</td>
-                        <td class="muted">{value.bank === -1 ? `motor ${value.motor}` : `bank ${value.bank}`}</td><td class="value">{value.value}</td></tr>)}</tbody></table>
+                        <td class="muted">{of(value)}</td><td class="value">{value.value}</td></tr>)}</tbody></table>
                 <pre class="hex">{rows.join("\n")}{bytes.length > 4096 ? "\n…" : ""}</pre>
             </div>
         </div>
@@ -215,6 +223,7 @@ export function Parameters() {
                 </>)}
                 <span class="gap" />
                 {section.value === "axis" && <button onClick={storeAll} disabled={!online.value} title="Store all axis parameters as they are now (STAP)"><Icon name="save" /> Store all</button>}
+                {section.value === "axis" && <button onClick={restoreAll} disabled={!online.value} title="Bring back all axis parameters as they are stored (RSAP)"><Icon name="undo" /> Restore all</button>}
                 <button onClick={() => exportSettings("tmcl")} disabled={!online.value} title="All settings as TMCL source">Export .tmc</button>
                 <button onClick={() => exportSettings("toml")} disabled={!online.value} title="All settings as TOML">Export .toml</button>
                 <button onClick={() => chooser.current!.click()} disabled={!online.value}>Import…</button>
@@ -228,5 +237,3 @@ export function Parameters() {
         </div>
     );
 }
-
-export { world };

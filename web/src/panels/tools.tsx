@@ -2,16 +2,17 @@
 import { signal, useComputed, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import {
-    ask, axisParameter, clockSeconds, execute, flag, motors, notify, numberOf, online, readAxis, send, setAxis, tables, welcome,
+    ask, axisParameter, can, clockSeconds, execute, flag, motors, notify, online, readAxis, send, setAxis, tables, welcome,
 } from "../logic/app";
 import { parameters, refresh } from "../logic/parameters";
 import { remembered } from "../logic/settings";
 import {
     accelerationOfSlope, fullstepRate, grouped, rampSeconds, rate, rateSlope, rpm, short, turns, ustepsPerTurn, velocityOfRpm, type Scale,
 } from "../logic/units";
-import { Choice, NumberField, offer } from "../widgets/basics";
+import { Choice, Empty, NumberField, offer } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 import { FULLSTEPS } from "./axes";
+import { Drag, StopSwitch } from "./bench";
 import { insertIntoEditor } from "./direct";
 import { want } from "./program";
 
@@ -39,6 +40,7 @@ function Commands({ lines }: { lines: string[] }) {
 const steps = remembered("unit-fullsteps", FULLSTEPS);
 const velocity = remembered("unit-velocity", 1000);
 const acceleration = remembered("unit-acceleration", 500);
+const way = remembered("unit-way", 12800);
 const own = remembered<{ pulse: number; ramp: number; resolution: number } | null>("unit-own", null);
 
 function Units() {
@@ -72,7 +74,9 @@ function Units() {
                     <dl><div><dt>turns/s²</dt><dd>{short(rateSlope(scale, a) / ustepsPerTurn(scale))}</dd></div><div><dt>time to speed {v}</dt><dd>{short(rampSeconds(scale, v, a))} s</dd></div>
                         <div><dt>turns until then</dt><dd>{short(turns(scale, (rate(scale, v) * rampSeconds(scale, v, a)) / 2))}</dd></div></dl></section>
                 <section class="card"><h3>Way</h3>
-                    <dl><div><dt>microsteps a turn</dt><dd>{grouped(ustepsPerTurn(scale))}</dd></div><div><dt>whole range ±2²³</dt><dd>{short(turns(scale, 2 ** 24))} turns</dd></div></dl></section>
+                    <label>microsteps<NumberField value={way.value} low={-(2 ** 23)} high={2 ** 23 - 1} label="Microsteps" onCommit={(value) => (way.value = value)} /></label>
+                    <label>turns<NumberField whole={false} value={short(turns(scale, way.value))} low={-1e6} high={1e6} label="Turns" onCommit={(value) => (way.value = Math.round(value * ustepsPerTurn(scale)))} /></label>
+                    <dl><div><dt>degrees</dt><dd>{short(turns(scale, way.value) * 360)}</dd></div><div><dt>full steps</dt><dd>{short(way.value / 2 ** scale.resolution)}</dd></div><div><dt>microsteps a turn</dt><dd>{grouped(ustepsPerTurn(scale))}</dd></div><div><dt>whole range ±2²³</dt><dd>{short(turns(scale, 2 ** 24))} turns</dd></div></dl></section>
             </div>
             <Commands lines={[`SAP ${axisParameter("max_speed").number}, ${motor.value}, ${v}`, `SAP ${axisParameter("max_acceleration").number}, ${motor.value}, ${a}`,
                 ...(own.value ? [`SAP ${axisParameter("pulse_divisor").number}, ${motor.value}, ${scale.pulse_div}`, `SAP ${axisParameter("ramp_divisor").number}, ${motor.value}, ${scale.ramp_div}`] : [])]} />
@@ -106,8 +110,8 @@ function Reference() {
             <div class="row">
                 <button class="primary" disabled={!online.value} onClick={() => send("RFS", searching ? 1 : 0, motor.value)}>{searching ? "Abort the search" : "Start the search"}</button>
                 <span class={`pill ${searching ? "warn" : ""}`}>{searching ? `searching, state ${state.value}` : "idle"}</span>
-                <span class={`pill ${flag(motor.value, "left") ? "good" : ""}`}>left {flag(motor.value, "left") ? "closed" : "open"}</span>
-                <span class={`pill ${flag(motor.value, "right") ? "good" : ""}`}>right {flag(motor.value, "right") ? "closed" : "open"}</span>
+                {can.value.bench ? <><StopSwitch motor={motor.value} side="left" /><StopSwitch motor={motor.value} side="right" /></>
+                    : (["left", "right"] as const).map((side) => <span key={side} class={`pill ${flag(motor.value, side) ? "good" : ""}`}>{side} {flag(motor.value, side) ? "closed" : "open"}</span>)}
                 <span>position <b>{grouped(motors[motor.value]!.value.position)}</b></span>
                 <span>way between switches <b>{grouped(valueOf("end_switch_distance"))}</b></span>
             </div>
@@ -123,9 +127,9 @@ const stallSpeed = remembered("stall-speed", 500);
 function Stall() {
     want("axis");
     const load = useComputed(() => motors[motor.value]!.value.load);
+    if (!welcome.value!.model.max_current_ma) return <NoDrivers />;
     const threshold = valueOf("stall_threshold");
     const turn = (mnemonic: "ROR" | "ROL") => send(mnemonic, 0, motor.value, stallSpeed.value);
-    if (!welcome.value!.model.max_current_ma) return <NoDrivers />;
     return (
         <div class="tool-body">
             <div class="row"><MotorChoice /></div>
@@ -142,15 +146,16 @@ function Stall() {
             <div class="load-scale" role="meter" aria-label="Load" aria-valuenow={load.value} aria-valuemax={7}>
                 {Array.from({ length: 8 }, (_, n) => <span key={n} class={`${n <= load.value && load.value > 0 ? "on" : ""} ${threshold && n >= threshold ? "over" : ""}`}>{n}</span>)}
             </div>
-            <label class="slider wide">Stall detection threshold (205): <b>{threshold || "off"}</b>
+            <label class="threshold"><span>Stall detection threshold (205): <b>{threshold || "off"}</b></span>
                 <input type="range" min="0" max="7" value={threshold} aria-label="Stall threshold" onInput={(event) => void setAxis("stall_threshold", motor.value, Number(event.currentTarget.value)).then(refresh)} /></label>
+            {can.value.bench && <div class="threshold"><Drag motor={motor.value} /></div>}
             <p class="muted note">Turn the motor at its working speed, see which load it shows, load it by hand until it nearly stalls, and set the threshold between the two. The motor is stopped when the load reaches it, not while speeding up or slowing down.</p>
             <Commands lines={[`SAP 205, ${motor.value}, ${threshold}`]} />
         </div>
     );
 }
 
-const NoDrivers = () => <div class="tool-body"><p class="note">This module has step and direction outputs: it measures no loads.</p></div>;
+const NoDrivers = () => <Empty icon="info" title="No load measurement">The drivers of a {welcome.value!.model.name} are outside, behind its step and direction outputs: it cannot tell their load.</Empty>;
 
 // ------------------------------------------------------------------ load profile
 const profileRange = remembered("profile", { low: 50, high: 1000, step: 50 });
@@ -308,5 +313,3 @@ export function Tools() {
         </div>
     );
 }
-
-export { numberOf };
