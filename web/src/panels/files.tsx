@@ -4,6 +4,7 @@ import { useLayoutEffect, useRef } from "preact/hooks";
 import { ask, files, welcome } from "../logic/app";
 import { active, documents, mainFile, newFile, openFile, openPage, problems, rename } from "../logic/documents";
 import { remembered } from "../logic/settings";
+import { walk } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 import type { FileEntry } from "../wire";
 
@@ -21,20 +22,22 @@ function hidden(path: string): boolean {
 
 export function Files() {
     const renamed = useSignal("");
+    const menu = useSignal<Place | null>(null);
     const list = files.value;
     const name = (welcome.value?.folder ?? "").split("/").filter(Boolean).pop() ?? "";
     return (
         <nav class="files" aria-label="Files">
             <header><span title={welcome.value?.folder}>{name}</span>
                 <button class="tool" title="New program (Alt+N)" aria-label="New program" onClick={() => newFile()}><Icon name="plus" /></button></header>
-            <div class="tree" role="tree">
-                {list.filter((entry) => !hidden(entry.path)).map((entry) => <Entry key={entry.path} entry={entry} renamed={renamed} />)}
+            <div class="tree" role="tree" aria-label="Files" onKeyDown={walk}>
+                {list.filter((entry) => !hidden(entry.path)).map((entry) => <Entry key={entry.path} entry={entry} renamed={renamed} menu={menu} />)}
                 {[...documents.value.values()].filter((document) => !list.some((entry) => entry.path === document.path)).map((document) => (
                     <button key={document.path} role="treeitem" class={`entry new ${active.value === document.path ? "on" : ""}`} onClick={() => openFile(document.path)}>
                         <Icon name="file" size={14} /><span>{document.path}</span><i class="dot" title="Not saved yet" /></button>
                 ))}
                 {!list.length && <p class="muted note">This folder is empty.</p>}
             </div>
+            {menu.value && <FileMenu place={menu.value} rename={(path) => (renamed.value = path)} close={() => (menu.value = null)} />}
             <div class="pages">
                 <button class={active.value === ":parameters" ? "on" : ""} onClick={() => openPage("parameters")}><Icon name="table" size={14} /> Parameters</button>
                 <button class={active.value === ":tools" ? "on" : ""} onClick={() => openPage("tools")}><Icon name="tools" size={14} /> Tools</button>
@@ -44,7 +47,30 @@ export function Files() {
     );
 }
 
-function Entry({ entry, renamed }: { entry: FileEntry; renamed: { value: string } }) {
+interface Place { path: string; x: number; y: number }
+
+const remove = (path: string) => confirm(`Delete ${path}?`) && void ask({ call: "delete_file", path });
+
+/** What can be done with a file: a right click, a long press or the menu key on it. */
+function FileMenu({ place, rename: begin, close }: { place: Place; rename: (path: string) => void; close: () => void }) {
+    const box = useRef<HTMLDivElement>(null);
+    useLayoutEffect(() => box.current!.querySelector("button")!.focus(), [place]);
+    const { path } = place;
+    const main = mainFile.value === path;
+    const rows: [string, () => unknown][] = [
+        ["Rename", () => begin(path)], ["Delete…", () => remove(path)],
+        [main ? "No main file" : "Make it the main file", () => (mainFile.value = main ? "" : path)],
+    ];
+    return (
+        <div class="menu at" role="menu" aria-label={path} ref={box} style={{ left: `${place.x}px`, top: `${place.y}px` }}
+            onKeyDown={(event) => (event.key === "Escape" ? close() : walk(event))}
+            onFocusOut={(event) => event.currentTarget.contains(event.relatedTarget as Node | null) || close()}>
+            {rows.map(([title, run]) => <button key={title} role="menuitem" onClick={() => { close(); run(); }}>{title}</button>)}
+        </div>
+    );
+}
+
+function Entry({ entry, renamed, menu }: { entry: FileEntry; renamed: { value: string }; menu: { value: Place | null } }) {
     const depth = entry.path.split("/").length - 1;
     const short = entry.path.split("/").pop()!;
     const document = documents.value.get(entry.path);
@@ -61,7 +87,12 @@ function Entry({ entry, renamed }: { entry: FileEntry; renamed: { value: string 
         <button role="treeitem" class={`entry ${active.value === entry.path ? "on" : ""} ${bad ? "wrong" : ""}`} style={style} title={`${entry.path}${mainFile.value === entry.path ? " (main file)" : ""}`}
             onClick={() => openFile(entry.path)}
             onKeyDown={(event) => {
-                if (event.key === "Delete" && confirm(`Delete ${entry.path}?`)) void ask({ call: "delete_file", path: entry.path });
+                if (event.key === "Delete") remove(entry.path);
+            }}
+            onContextMenu={(event) => {
+                event.preventDefault();
+                const { left, bottom } = event.currentTarget.getBoundingClientRect();
+                menu.value = { path: entry.path, x: event.clientX || left + 20, y: Math.min(event.clientY || bottom, window.innerHeight - 150) };
             }}
             onDblClick={() => (renamed.value = entry.path)}>
             <Icon name="file" size={14} /><span>{short}</span>

@@ -11,7 +11,7 @@ const ROW = 20;
 /** The line's own text where its file is open, else its place. */
 function source({ path, line }: ListingLine): string {
     const text = documents.value.get(path)?.text.value.split("\n", line)[line - 1];
-    return text === undefined ? (line ? `${path}:${line}` : "") : text;
+    return text === undefined ? (line ? `${path}:${line}` : "") : text.trim().replace(/\s+/g, " ");
 }
 
 export function Listing() {

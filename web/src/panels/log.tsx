@@ -20,7 +20,6 @@ export function Log() {
     }, [online.value, polls.value]);
     const box = useRef<HTMLDivElement>(null);
     const top = useSignal(0);
-    const height = useSignal(200);
     const shown = useComputed(() => {
         const words = filter.value.toLowerCase().split(/\s+/).filter(Boolean);
         return words.length ? telegrams.value.filter((line) => matches(`${line.link} ${line.direction} ${line.data} ${line.text}`, words)) : telegrams.value;
@@ -31,7 +30,7 @@ export function Log() {
     });
     const hz = tables.value.clock_hz;
     const first = Math.max(0, Math.floor(top.value / ROW) - 5);
-    const last = Math.min(shown.value.length, Math.ceil((top.value + height.value) / ROW) + 5);
+    const last = Math.min(shown.value.length, Math.ceil((top.value + window.innerHeight) / ROW));
     const text = () => shown.value.map((line) => [(line.clock / hz).toFixed(6), line.link, line.direction === "in" ? ">" : "<", line.data, line.text].join("\t")).join("\n") + "\n";
     return (
         <div class="log">
@@ -41,13 +40,12 @@ export function Log() {
                 <span class="muted">{shown.value.length}{filter.value && ` of ${telegrams.value.length}`} telegrams{droppedTelegrams.value ? `, ${droppedTelegrams.value} too many to keep` : ""}</span>
                 {!can.value.peek && <label class="check" title="The IDE reads positions and states all the time"><input type="checkbox" checked={polls.value} onChange={(event) => (polls.value = event.currentTarget.checked)} /> with the IDE's polling</label>}
                 <span class="gap" />
-                <button class={`tool ${following.value ? "on" : ""}`} aria-pressed={following.value} title="Stay at the newest line" onClick={() => (following.value = !following.value)}><Icon name="down" /></button>
-                <button class="tool" title="Save the lines shown" onClick={() => offer("telegrams.txt", text())}><Icon name="save" /></button>
-                <button class="tool" title="Forget all lines" onClick={() => { telegrams.value = []; droppedTelegrams.value = 0; }}><Icon name="trash" /></button>
+                <button class={`tool ${following.value ? "on" : ""}`} aria-pressed={following.value} title="Stay at the newest line" aria-label="Stay at the newest line" onClick={() => (following.value = !following.value)}><Icon name="down" /></button>
+                <button class="tool" title="Save the lines shown" aria-label="Save the lines shown" onClick={() => offer("telegrams.txt", text())}><Icon name="save" /></button>
+                <button class="tool" title="Forget all lines" aria-label="Forget all lines" onClick={() => { telegrams.value = []; droppedTelegrams.value = 0; }}><Icon name="trash" /></button>
             </div>
             {shown.value.length ? (
-                <div class="lines" ref={(element) => { box.current = element; if (element) height.value = element.clientHeight; }}
-                    onScroll={(event) => { top.value = event.currentTarget.scrollTop; height.value = event.currentTarget.clientHeight; }}>
+                <div class="lines" ref={box} role="log" aria-label="Telegrams" tabIndex={0} onScroll={(event) => (top.value = event.currentTarget.scrollTop)}>
                     <div style={{ height: `${shown.value.length * ROW}px`, position: "relative" }}>
                         {shown.value.slice(first, last).map((line, n) => (
                             <div key={line.number} class={`telegram ${line.direction} ${line.status && line.status < 100 ? "bad" : ""}`} style={{ top: `${(first + n) * ROW}px` }}>

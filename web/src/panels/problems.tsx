@@ -24,6 +24,8 @@ export function Problems() {
                 )) : <Empty icon="check" title="No problems">The assembler and the linter have nothing to say.</Empty>}
             </div>
             <div class="output" aria-label="Messages" role="log">
+                <h4>Messages</h4>
+                {!output.value.length && <p class="note">What the IDE and log points say is kept here.</p>}
                 {output.value.slice().reverse().map((entry, n) => (
                     <div key={n} class={entry.severity}><time>{entry.at.toLocaleTimeString("en-GB")}</time> {entry.text}</div>
                 ))}
