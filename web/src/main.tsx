@@ -8,7 +8,7 @@ import { can, connection, loaded, online, program, shownSeconds, tables, time, t
 import { languageServer } from "./editor/server";
 import { assembled, busy, changedSinceDownload } from "./logic/build";
 import { PAGES, active, activeTab, closeTab, documents, newFile, openFile, problemCount, restore, tabs, target, type PageName, type Tab } from "./logic/documents";
-import { bottomTall, layout, lowerPanel, right, type BottomPanel, type RightPanel } from "./logic/layout";
+import { bottomTall, drawer, layout, lowerPanel, right, type BottomPanel, type RightPanel } from "./logic/layout";
 import { clockText, short } from "./logic/units";
 import { Axes } from "./panels/axes";
 import { Bench, TimeControls } from "./panels/bench";
@@ -22,11 +22,18 @@ import { Plot } from "./panels/plot";
 import { Problems } from "./panels/problems";
 import { Program, programText } from "./panels/program";
 import { Tools } from "./panels/tools";
-import { ActionButton, Empty, Splitter } from "./widgets/basics";
+import { ActionButton, Empty, Splitter, walk } from "./widgets/basics";
 import { Icon } from "./widgets/icons";
 
 const reached = computed(() => (timePaused.value ? "time held" : `${short(time.value.speed)}×`));
 const clock = computed(() => clockText(shownSeconds.value));
+
+const narrow = matchMedia("(max-width: 860px)");
+const toggleFiles = () => (narrow.matches ? (drawer.value = !drawer.value) : perform("toggle_files"));
+effect(() => {
+    void active.value;
+    drawer.value = false;
+});
 
 /** Its text changes with every frame, and nothing else does. */
 const Clock = () => (
@@ -38,6 +45,7 @@ function TopBar() {
     const source = welcome.value?.source;
     return (
         <header class="top">
+            <button class="tool" aria-label="Files and pages" aria-expanded={drawer.value || layout.value.files} title="Files and pages (Ctrl+B)" onClick={toggleFiles}><Icon name="menu" /></button>
             <div class="brand" title={welcome.value ? `${welcome.value.product} · ${welcome.value.module}` : undefined}>
                 <i class={`heart ${connection.state.value}`} />
                 <b>{model?.name ?? "tmcm34x"}</b><span class="muted">{model && `V${model.version.split("V")[1]}`} {source && (source === "virtual" ? "virtual" : source)}</span>
@@ -57,14 +65,14 @@ const keyOf = (tab: Tab) => (tab.kind === "file" ? tab.path : `:${tab.kind}`);
 
 function Tabs() {
     return (
-        <div class="tabs" role="tablist" aria-label="Pages">
+        <div class="tabs" role="tablist" aria-label="Pages" onKeyDown={walk}>
             {tabs.value.map((tab) => {
                 const key = keyOf(tab);
                 const document = documents.value.get(key);
                 const title = tab.kind === "file" ? tab.path.split("/").pop()! : PAGES[tab.kind];
                 return (
                     <div key={key} class={`tab ${active.value === key ? "on" : ""}`} onAuxClick={(event) => event.button === 1 && closeTab(key)}>
-                        <button role="tab" aria-selected={active.value === key} title={tab.path} onClick={() => (active.value = key)}>
+                        <button role="tab" aria-selected={active.value === key} tabIndex={active.value === key ? 0 : -1} title={tab.path} onClick={() => (active.value = key)}>
                             {title}{document?.dirty.value && <i class="dot" title="Not saved" />}{document?.outside.value && <Icon name="alert" size={12} />}</button>
                         <button class="close" aria-label={`Close ${title}`} onClick={() => closeTab(key)}><Icon name="close" size={11} /></button>
                     </div>
@@ -84,7 +92,7 @@ function Main() {
     const Page = kind && kind !== "file" ? MAIN[kind] : undefined;
     return (
         <>
-            {Page && <Page />}
+            {Page && <div class="guarded" inert={!online.value}><Page /></div>}
             <div class="editors" hidden={kind !== "file"}><Editor /></div>
             {!activeTab.value && (
                 <Empty icon="file" title="No page open">Choose a file at the left, or <button class="link" onClick={() => newFile()}>begin a program</button>. <kbd>Ctrl+P</kbd> finds everything.</Empty>
@@ -101,9 +109,9 @@ const BOTTOM: Record<Exclude<BottomPanel, "">, [string, () => preact.JSX.Element
 function PanelTabs<T extends string>({ panels, value, set, label }: { panels: Record<T, [string, unknown]>; value: string; set: (name: T) => void; label: string }) {
     const { errors, warnings } = problemCount.value;
     return (
-        <div class="panel-tabs" role="tablist" aria-label={label}>
+        <div class="panel-tabs" role="tablist" aria-label={label} onKeyDown={walk}>
             {(Object.entries(panels) as [T, [string, unknown]][]).map(([name, [title]]) => (
-                <button key={name} role="tab" aria-selected={value === name} class={value === name ? "on" : ""} onClick={() => set(name)}>
+                <button key={name} role="tab" aria-selected={value === name} tabIndex={value === name || !value ? 0 : -1} class={value === name ? "on" : ""} onClick={() => set(name)}>
                     {title}{name === "problems" && errors + warnings > 0 && <span class={`badge ${errors ? "bad" : "warn"}`}>{errors || warnings}</span>}
                     {name === "program" && program.value.paused === 1 && <span class="badge warn">held</span>}</button>
             ))}
@@ -141,10 +149,10 @@ function Page() {
     const Bottom = lower.value ? BOTTOM[lower.value][1] : null;
     const columns = `${sizes.files ? `${sizes.filesWidth}px ` : "0 "}minmax(0, 1fr) ${Right ? `${sizes.rightWidth}px` : "0"}`;
     return (
-        <div class={`shell ${welcome.value && !online.value ? "offline" : ""}`} style={{ gridTemplateColumns: columns }}>
+        <div class={`shell ${welcome.value && !online.value ? "offline" : ""} ${drawer.value ? "drawer" : ""}`} style={{ gridTemplateColumns: columns }}>
             <TopBar />
             <Banner />
-            {sizes.files ? <div class="side"><Files /><Splitter vertical label="Width of files" onDrag={(delta) => set({ filesWidth: clamp(layout.value.filesWidth + delta, 120, 420) })} /></div> : <div />}
+            {sizes.files || drawer.value ? <div class="side"><Files /><Splitter vertical label="Width of files" onDrag={(delta) => set({ filesWidth: clamp(layout.value.filesWidth + delta, 120, 420) })} /></div> : <div />}
             <main class="middle">
                 {!(bottomTall.value && Bottom) && <><Tabs /><div class="work"><Main /></div></>}
                 <section class="bottom" aria-label="Lower panel" style={{ height: !Bottom ? "auto" : bottomTall.value ? "100%" : `${sizes.bottomHeight}px` }}>
@@ -159,10 +167,11 @@ function Page() {
                 <aside class="right" aria-label="Right panel">
                     <Splitter vertical label="Width of the right panel" onDrag={(delta) => set({ rightWidth: clamp(layout.value.rightWidth - delta, 330, 760) })} />
                     <div class="panel-head"><PanelTabs panels={RIGHT} value={right.value} set={(name) => (right.value = name)} label="Right panel" /></div>
-                    <div class="panel-body"><Right /></div>
+                    <div class="panel-body" role="tabpanel" aria-label={RIGHT[right.value as keyof typeof RIGHT][0]} inert={!!welcome.value && !online.value}><Right /></div>
                 </aside>
             ) : <div />}
             <StatusBar />
+            <div class="scrim" onPointerDown={() => (drawer.value = false)} />
             <Palette /><Overview /><Notices />
         </div>
     );

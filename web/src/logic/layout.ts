@@ -6,13 +6,16 @@ export type RightPanel = "axes" | "bench" | "program" | "";
 export type BottomPanel = "plot" | "direct" | "log" | "problems" | "";
 
 export const theme = remembered<"dark" | "light" | "">("theme", "");
-export const layout = remembered("layout", { files: true, filesWidth: 168, rightWidth: 404, bottomHeight: 236 });
+const fingers = matchMedia("(pointer: coarse)").matches;
+export const layout = remembered("layout", { files: true, filesWidth: 188, rightWidth: fingers ? 476 : 404, bottomHeight: fingers ? 296 : 236 });
 export const right = remembered<RightPanel>("right", "axes");
 export const bottom = remembered<BottomPanel>("bottom", "plot");
 /** Below a page that is no file, which needs the room, the lower panel is closed unless asked for. */
 export const bottomOfPages = remembered<BottomPanel>("bottom-of-pages", "");
 export const onPage = signal(false);
 export const lowerPanel = (): Signal<BottomPanel> => (onPage.value ? bottomOfPages : bottom);
+/** On a narrow page the files lie over it. */
+export const drawer = signal(false);
 export const bottomTall = signal(false);
 /** Text in the palette; null while it is closed. */
 export const palette = signal<string | null>(null);
