@@ -48,39 +48,22 @@ class Connection:
 
     timeout_s: how long to wait for a reply, pause time (parameter 75) included
     retries: how often a command that the module cannot have executed, or that only reads, is sent again
-    on_telegram: told of each telegram, sent ones with True, and of the answers
     """
 
-    def __init__(
-        self,
-        stream: Stream,
-        *,
-        address: int = 1,
-        timeout_s: float = 1.0,
-        retries: int = 2,
-        on_telegram: OnTelegram = _ignore,
-    ) -> None:
+    def __init__(self, stream: Stream, *, address: int = 1, timeout_s: float = 1.0, retries: int = 2) -> None:
         self._stream = stream
         self.address = address
         self.timeout_s = timeout_s
         self.retries = retries
-        self.on_telegram = on_telegram
+        self.on_telegram: OnTelegram = _ignore
+        """Told of each telegram: whether it was sent, and its nine bytes."""
         self.events: deque[Reply] = deque(maxlen=100)
         """Second replies of command 138 that came on their own, oldest first."""
 
     @classmethod
-    def open(
-        cls,
-        url: str,
-        *,
-        baud: int = 9600,
-        address: int = 1,
-        timeout_s: float = 1.0,
-        on_telegram: OnTelegram = _ignore,
-    ) -> Self:
+    def open(cls, url: str, *, baud: int = 9600, address: int = 1, timeout_s: float = 1.0) -> Self:
         """A connection to `url`, see `stream.open_stream`.  Raises `LinkError`."""
-        stream = open_stream(url, baud)
-        return cls(stream, address=address, timeout_s=timeout_s, on_telegram=on_telegram)
+        return cls(open_stream(url, baud), address=address, timeout_s=timeout_s)
 
     def close(self) -> None:
         """Hang up."""

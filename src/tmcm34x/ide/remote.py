@@ -102,9 +102,8 @@ class Remote:
         self.source: wire.Source = "tcp" if url.startswith("tcp://") or ":" in url else "serial"
         self.place = f"{url}, address {address}"
         self.ability = wire.Ability(bench=False, debug=False, peek=False, language_server=True)
-        self._open_line: Callable[[], Connection] = lambda: Connection.open(
-            url, baud=baud, address=address, timeout_s=TIMEOUT_S, on_telegram=self._note
-        )
+        self._url = url
+        self._baud = baud
         self._address = address
         self._telegrams = telegrams
         self._tell: Tell = lambda event: None
@@ -123,6 +122,11 @@ class Remote:
         self._watched: dict[Instruction, int] = {}
         self._connection: Connection | None = self._open_line()
         self.model = MODELS[self._model_number()]
+
+    def _open_line(self) -> Connection:
+        connection = Connection.open(self._url, baud=self._baud, address=self._address, timeout_s=TIMEOUT_S)
+        connection.on_telegram = self._note
+        return connection
 
     def _model_number(self) -> int:
         """What the module says it is; a TMCM-343 while it says nothing."""
