@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
-from ide.page.driver import figure, until
+from ide.page.driver import Ide, figure, until
 
 
 def test_curves_are_drawn_chosen_and_exported(page: Page):
@@ -84,3 +84,77 @@ def test_stall_tool_profile_configuration_and_firmware(page: Page):
     page.get_by_label("To be sure").fill("reset")
     page.get_by_role("button", name="Restore factory settings").click()
     expect(page.locator(".notice").last).to_contain_text("factory settings")
+
+
+def test_a_pinned_cursor_shows_differences(page: Page):
+    page.keyboard.press("F9")
+    until(page, lambda: figure(page, 0, "speed") == 500)
+    page.get_by_role("button", name="Hold the plot").click()
+    box = page.locator(".plot .u-over").bounding_box()
+    assert box is not None
+    x, y = box["x"] + 20, box["y"] + 40
+    page.mouse.click(x, y)
+    page.mouse.move(x + 40, y)
+    expect(page.locator(".readout tr").first).to_contain_text("Δ")
+    page.mouse.click(x + 40, y)
+    expect(page.locator(".readout tr").first).not_to_contain_text("Δ")
+
+
+def test_a_plot_is_zoomed_with_a_finger(ide: Ide, chromium: Browser):
+    context = chromium.new_context(viewport={"width": 820, "height": 1180}, has_touch=True, is_mobile=True)
+    page = context.new_page()
+    page.goto(ide.url)
+    over = page.locator(".plot .u-over")
+    over.wait_for()
+    box = over.bounding_box()
+    assert box is not None
+    finger = context.new_cdp_session(page)
+    x, y = box["x"] + 60, box["y"] + 40
+    for kind, points in (
+        ("touchStart", [{"x": x, "y": y}]),
+        *(("touchMove", [{"x": x + 20 * step, "y": y}]) for step in range(1, 8)),
+        ("touchEnd", []),
+    ):
+        finger.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    page.get_by_role("button", name="Show the newest").click()
+    expect(page.get_by_role("button", name="Show the newest")).to_have_count(0)
+    context.close()
+
+
+def test_the_reference_search_ends_at_a_switch_closed_by_hand(page: Page):
+    page.get_by_role("button", name="Tools", exact=True).click()
+    page.get_by_role("button", name="Reference search", exact=True).click()
+    page.get_by_role("button", name="Start the search").click()
+    pill = page.locator(".tool-body .pill").first
+    expect(pill).to_contain_text("searching")
+    left = page.get_by_role("button", name="left switch of motor 0")
+    for closed in ("true", "false", "true"):
+        before = pill.inner_text()
+        left.click()
+        expect(left).to_have_attribute("aria-pressed", closed)
+        until(page, lambda before=before: pill.inner_text() != before)  # type: ignore[misc]
+    expect(pill).to_have_text("idle")
+
+
+def test_a_stall_is_set_up_by_hand(page: Page):
+    page.get_by_role("button", name="Tools", exact=True).click()
+    page.get_by_role("button", name="Stall detection").click()
+    page.get_by_role("button", name="Rotate right").click()
+    until(page, lambda: figure(page, 0, "speed") == 500)
+    load = page.get_by_role("meter", name="Load", exact=True)
+    free = int(load.get_attribute("aria-valuenow") or 0)
+    page.get_by_role("slider", name="Load of motor 0").fill("40")
+    until(page, lambda: int(load.get_attribute("aria-valuenow") or 0) > free)
+    page.get_by_role("slider", name="Stall threshold").fill(str(free + 1))
+    until(page, lambda: figure(page, 0, "speed") == 0)
+    page.get_by_role("slider", name="Stall threshold").fill("0")
+    page.get_by_role("button", name="let go").click()
+
+
+def test_ways_are_converted(page: Page):
+    page.get_by_role("button", name="Tools", exact=True).click()
+    turns = page.get_by_role("textbox", name="Turns", exact=True)
+    turns.fill("2.5")
+    turns.press("Enter")
+    expect(page.get_by_role("textbox", name="Microsteps", exact=True)).to_have_value("32000")
+    expect(page.locator(".tool-body")).to_contain_text("900")

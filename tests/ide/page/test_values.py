@@ -7,7 +7,7 @@ from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
-from ide.page.driver import line, tab
+from ide.page.driver import figure, line, tab, until
 
 
 def test_direct_mode_by_form_by_line_and_from_history(page: Page):
@@ -92,3 +92,53 @@ def test_every_other_parameter_view_opens(page: Page):
     expect(page.locator(".eeprom")).to_contain_text("maximum positioning speed")
     page.get_by_role("radio", name="Coordinates").click()
     expect(place).to_have_value("4711")
+
+
+def test_an_answer_is_whole_in_a_narrow_panel(page: Page):
+    tab(page, "Direct mode")
+    line(page, "SAP 4, 7, 1")
+    panel = page.locator(".answers").bounding_box()
+    assert panel is not None
+    for part in (".command", ".bytes", ".value", ".result", ".acts"):
+        box = page.locator(f".answer {part}").first.bounding_box()
+        assert box is not None
+        assert box["width"] > 0
+        assert box["x"] + box["width"] <= panel["x"] + panel["width"]
+    assert page.locator(".answers").evaluate("element => element.scrollWidth <= element.clientWidth")
+    page.get_by_role("button", name="Send again").first.click()
+    expect(page.locator(".answer")).to_have_count(2)
+
+
+def test_all_axis_parameters_are_stored_and_restored_at_once(page: Page):
+    page.get_by_role("button", name="Parameters", exact=True).click()
+    page.get_by_role("textbox", name="Search parameters").fill("maximum acceleration")
+    field = page.get_by_role("textbox", name="maximum acceleration of motor 0")
+    field.fill("321")
+    field.press("Enter")
+    page.get_by_role("button", name="Store all", exact=True).click()
+    expect(page.locator(".notice").last).to_contain_text("are in the EEPROM")
+    field.fill("99")
+    field.press("Enter")
+    expect(page.locator("td.differs")).to_have_count(1)
+    page.get_by_role("button", name="Restore all").click()
+    expect(field).to_have_value("321")
+    page.get_by_role("radio", name="Coordinates").click()
+    place = page.get_by_role("textbox", name="Coordinate 3 of motor 1")
+    place.fill("77")
+    place.press("Enter")
+    page.get_by_role("radio", name="EEPROM").click()
+    expect(page.locator(".stored")).to_contain_text("maximum acceleration")
+
+
+def test_a_coordinate_is_captured_and_gone_to(page: Page):
+    tab(page, "Direct mode")
+    line(page, "MVP ABS, 2, 640")
+    until(page, lambda: figure(page, 2, "position") == 640)
+    page.get_by_role("button", name="Parameters", exact=True).click()
+    page.get_by_role("radio", name="Coordinates").click()
+    page.get_by_role("row").nth(5).get_by_role("button", name="capture").click()
+    expect(page.get_by_role("textbox", name="Coordinate 4 of motor 2")).to_have_value("640")
+    page.get_by_role("button", name="Zero motor 2").click()
+    until(page, lambda: figure(page, 2, "position") == 0)
+    page.get_by_role("row").nth(5).get_by_role("button", name="go").click()
+    until(page, lambda: figure(page, 2, "position") == 640)

@@ -204,9 +204,9 @@ export function Plot() {
             pin.value = pin.peek() ? null : readout.peek();
             plot.redraw(false);
         });
-        // A finger drags as a mouse does; across, that is: up and down scrolls the page.
+        // A finger drags as a mouse does; across, that is: up and down scrolls the page.  uPlot wants to see it move.
         const asMouse = (target: EventTarget, name: string) => ({ pointerType, clientX, clientY }: PointerEvent) => {
-            if (pointerType !== "mouse") target.dispatchEvent(new MouseEvent(name, { clientX, clientY }));
+            if (pointerType !== "mouse") target.dispatchEvent(new MouseEvent(name, { clientX, clientY, movementX: 1 }));
         };
         over.addEventListener("pointerdown", asMouse(over, "mousedown"));
         over.addEventListener("pointermove", asMouse(over, "mousemove"));
