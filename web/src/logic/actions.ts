@@ -6,7 +6,7 @@ import { ask, can, online, program, send, stopAll, timePaused, welcome } from ".
 import { assemble, busy, download, run, upload } from "./build";
 import { go } from "./debugger";
 import {
-    active, activeDocument, activeTab, closeTab, mainFile, newFile, openPage, save, saveAll, type PageName,
+    active, activeDocument, activeTab, closeTab, mainFile, newFile, openPage, opened, save, saveAll, type PageName,
 } from "./documents";
 import { layout, lowerPanel, palette, right, showBottom, showRight, theme } from "./layout";
 import type { ControlProgram } from "../wire";
@@ -24,7 +24,7 @@ export interface Action {
 }
 
 const control = (action: ControlProgram["action"]) => () => ask({ call: "control_program", action });
-const idle = (): boolean => online.value && !busy.value;
+const idle = (): boolean => online.value && opened.value && !busy.value;
 
 /** What F9 does: go on when the program is held or stopped in the middle, else start it. */
 const runOrContinue = () => (program.value.paused ? go("continue") : run());

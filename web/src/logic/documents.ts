@@ -227,6 +227,8 @@ export function screenTexts(): Record<string, string> {
 }
 
 const lastStart = remembered("start", "");
+/** What was to be opened at first is open. */
+export const opened = signal(false);
 
 /** At the first contact: what was open here before, drafts, and what the server was told to show. */
 export async function restore(): Promise<void> {
@@ -246,6 +248,7 @@ export async function restore(): Promise<void> {
     lastStart.value = start;
     if ((again || !open.length) && tabs.value.some((tab) => keyOf(tab) === before)) active.value = before;
     if (!listed.has(mainFile.value) || (!again && open.length)) mainFile.value = "";
+    opened.value = true;
 }
 
 onServerEvent((event) => {
