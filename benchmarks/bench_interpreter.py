@@ -102,9 +102,11 @@ def dispatch_loop(count):
     return time.process_time() - start
 
 
-def interpreter(count):
-    """Seconds that the module takes for `count` commands of REGISTER_LOOP."""
+def interpreter(count, hooked=None):
+    """Seconds that the module takes for `count` commands of REGISTER_LOOP; `hooked`: addresses of breakpoints."""
     rig = started(REGISTER_LOOP)
+    if hooked:
+        rig.modules[0].program.hook(lambda address: False, hooked)
     clocks = rig.modules[0].instruction_clocks
     run_until(rig, 20_000 * clocks)
     start = time.process_time()
@@ -128,6 +130,8 @@ def main():
     hour = real_time(MANUAL_5_2, 3600)
     print("stand-alone programs")
     print(f"register loop          {rate / 1e6:8.1f} million commands/s, {ratio:.2f} of a bare dispatch loop")
+    slower = min(interpreter(COMMANDS, frozenset({5})) for _ in range(TURNS)) / min(own for _, own in turns)
+    print(f"  with a breakpoint    {slower:8.1f} times the time, met once in 80,000 commands")
     print(f"manual 5.2, one hour   {hour:8.0f} times real time")
     print(f"polling an input       {real_time(POLLING, 3600):8.0f} times real time")
     print(f"joystick, manual AAP   {real_time(JOYSTICK, 10):8.0f} times real time")

@@ -537,7 +537,7 @@ def test_a_module_of_somebody_elses_bench_is_debugged_in_passing():
     run_until(rig, 400 * MS)
     assert editor.line() == 3
     editor.do("disconnect", terminateDebuggee=True)
-    assert rig.modules[0].program.before_instruction is None
+    assert not rig.modules[0].program.hooked
 
 
 def test_the_console_knows_every_mnemonic(file):

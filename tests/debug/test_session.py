@@ -95,13 +95,13 @@ def test_a_breakpoint_holds_before_its_command_each_time():
         assert (session.program.counter, session.view.read("gp", (1,))) == (3, turn)
     go(session)
     assert notes.ends == 1 and session.over
-    assert session.program.before_instruction is not None
+    assert session.program.hooked
 
 
 def test_nobody_looks_without_breakpoints():
     session, notes = bench()
     session.start(hold=False)
-    assert session.program.before_instruction is None
+    assert not session.program.hooked
     session.advance(NEVER)
     assert notes.ends == 1 and not notes.stops
 
@@ -363,7 +363,7 @@ def test_a_live_session_stops_the_program_and_lets_the_motors_run():
     session.look()
     assert notes.ends == 1
     session.set_breakpoints([])
-    assert module.program.before_instruction is None
+    assert not module.program.hooked
 
 
 def test_a_live_session_pauses_and_tells_of_refusals():
@@ -383,5 +383,20 @@ def test_a_live_session_pauses_and_tells_of_refusals():
     run_until(rig, 50 * MS)
     session.pause()
     assert (notes.stops[-1].reason, session.running) == ("pause", False)
-    session.release()
+    assert session.stop is not None
+    module.program.reset()
     assert session.stop is None
+
+
+def test_a_step_is_over_when_a_host_takes_the_program():
+    rig = simple_rig()
+    module = rig.modules[0]
+    module.eeprom.write_program(assemble("Loop: WAIT TICKS, 0, 10\nJA Loop\n").program)
+    session = LiveSession(module, Notes())
+    session.step_in()
+    module.program.stop()
+    session.look()
+    module.program.run(0)
+    run_until(rig, 500 * MS)
+    assert session.running
+    assert not module.program.hooked

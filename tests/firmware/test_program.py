@@ -449,7 +449,7 @@ def test_slicing_does_not_matter(slices: list[int]) -> None:
 def test_a_breakpoint_pauses_before_its_command() -> None:
     module = module_with("CALC LOAD, 1 \n Loop: CALC ADD, 1 \n JA Loop")
     asked: list[int] = []
-    module.program.before_instruction = lambda address: asked.append(address) or address == 2
+    module.program.hook(lambda address: asked.append(address) or address == 2)
     module.program.run()
     run_ms(module, 5)
     assert (module.program.state, module.program.counter, module.program.accumulator) == (State.STOP, 2, 2)
@@ -461,7 +461,7 @@ def test_a_breakpoint_pauses_before_its_command() -> None:
 
 def test_registers_are_the_same_with_a_breakpoint_hook() -> None:
     plain, watched = started(MIXED), started(MIXED)
-    watched.program.before_instruction = lambda _: False
+    watched.program.hook(lambda _: False)
     for module in (plain, watched):
         run_ms(module, 2000)
     assert plain.program.registers.contents() == watched.program.registers.contents()

@@ -115,7 +115,28 @@ def test_refused_commands_in_a_loop_are_told_in_turn() -> None:
 @given(PROGRAMS)
 def test_looking_on_does_not_change_what_a_program_does(program: list[Instruction]) -> None:
     plain, watched = started(program), started(program)
-    watched.modules[0].program.before_instruction = lambda _: False
+    watched.modules[0].program.hook(lambda _: False)
     for rig in (plain, watched):
         run_until(rig, 60 * MS)
     assert state(plain) == state(watched)
+
+
+@settings(max_examples=100, deadline=None)
+@given(PROGRAMS, st.frozensets(st.integers(0, 8), max_size=4))
+def test_asking_at_some_addresses_hears_of_the_same_commands_as_asking_everywhere(
+    program: list[Instruction], addresses: frozenset[int]
+) -> None:
+    everywhere, some = started(program), started(program)
+    heard: tuple[list[tuple[int, int]], list[tuple[int, int]]] = ([], [])
+    for rig, asked, where in ((everywhere, heard[0], None), (some, heard[1], addresses)):
+        module = rig.modules[0]
+
+        def ask(address: int, module=module, asked=asked) -> bool:
+            if address in addresses:
+                asked.append((module.now, address))
+            return False
+
+        module.program.hook(ask, where)
+        run_until(rig, 60 * MS)
+    assert heard[0] == heard[1]
+    assert state(everywhere) == state(some)

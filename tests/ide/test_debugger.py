@@ -54,7 +54,7 @@ def test_a_breakpoint_holds_the_program_and_steps_go_on_from_there(tmp_path):
         await editor.breakpoints("program.tmc")
         await editor.do("continue", threadId=1)
         await page.until(lambda: page.state["program"]["state"] == 1)
-        assert ide.virtual.module.program.before_instruction is None
+        assert not ide.virtual.module.program.hooked
 
     _go(tmp_path, scenario, speed=10)
 

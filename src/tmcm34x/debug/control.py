@@ -96,6 +96,11 @@ class Control:
         """Whether nobody needs to ask before a command."""
         return not self._breakpoints and self._reason is None
 
+    @property
+    def addresses(self) -> frozenset[int] | None:
+        """Of the commands before which somebody needs to ask; None: of all."""
+        return None if self._reason is not None else frozenset(self._breakpoints)
+
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
         """Take these instead of the present ones."""
         self._breakpoints.clear()

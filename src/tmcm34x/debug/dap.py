@@ -439,10 +439,9 @@ class Adapter:
         self._breakpoints.place_again()
 
     def release(self) -> None:
-        """The program was stopped, reset or started by a command."""
-        target = self.target
-        if target is not None and not isinstance(target, Session):
-            target.release()
+        """The program was stopped, reset or started by a command; a module in this process shows it by itself."""
+        if isinstance(self.target, RemoteSession):
+            self.target.release()
         self._inspector.forget()
 
     # Ending

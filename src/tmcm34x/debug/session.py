@@ -9,7 +9,7 @@ held anywhere, looked at and continued ends like one that was not (fidelity DBG-
 `LiveSession` is for a bench whose time somebody else moves (`server`): it stops the program as a host would, and
 motors, lines and clock go on.
 
-Nobody looks at single commands while there is no breakpoint and no step under way.
+Commands without a breakpoint run as fast as ever, unless a step is under way.
 """
 
 from __future__ import annotations
@@ -99,11 +99,15 @@ class _Watcher:
         if text is not None:
             self.view.symbols = text.assembly.symbols
         self.control = Control(self.view.read, listener.said)
-        self.stop: Stop | None = None
-        """Why the program is held; None while it is not."""
+        self._stop: Stop | None = None
         self.stop_on_errors = False
         """Hold after a command that the module refuses."""
         self._error: ProgramError | None = self.program.last_error
+
+    @property
+    def stop(self) -> Stop | None:
+        """Why the program is held; None while it is not."""
+        return self._stop
 
     def execute(self, instruction: Instruction) -> tuple[int, int]:
         """Have a command executed as in direct mode."""
@@ -196,7 +200,7 @@ class Session(_Watcher):
 
     def resume(self) -> None:
         """Let time go on until something holds it."""
-        self.stop = None
+        self._stop = None
         self.running = not self.over
         self._attach()
 
@@ -244,7 +248,7 @@ class Session(_Watcher):
                 if rig.now < until < NEVER:
                     rig.advance(until)
                 break
-            if self.control.concerns(self.program.counter) and self._holds_before(when):
+            if self._holds_before(when):
                 break
             rig.advance(when)
             self._look_back()
@@ -255,7 +259,9 @@ class Session(_Watcher):
     def _holds_before(self, when: int) -> bool:
         """Whether the next command, if it is due at `when`, is one to hold before; the bench is then just there."""
         program = self.program
-        if when == self._passed or program.waiting or not program.active or program.next_event() != when:
+        if self.control.idle or when == self._passed or program.waiting or not program.active:
+            return False
+        if program.next_event() != when or not self.control.concerns(program.upcoming):
             return False
         if self.rig.now < when - 1:
             self.rig.advance(when - 1)
@@ -284,14 +290,14 @@ class Session(_Watcher):
         return True
 
     def _hold(self, stop: Stop) -> None:
-        self.stop = stop
+        self._stop = stop
         self.running = False
         self._attach()
         self.listener.held(stop)
 
     def _attach(self) -> None:
-        """Have the program go command by command while that matters; this session asks `control` by itself."""
-        self.program.before_instruction = None if self.control.idle else _let_pass
+        """Have the program stop for a moment where that matters; this session asks `control` by itself."""
+        self.program.hook(None if self.control.idle else _let_pass, self.control.addresses)
 
 
 def _let_pass(_: int) -> bool:
@@ -309,6 +315,12 @@ class LiveSession(_Watcher):
     ) -> None:
         super().__init__(module, world, listener, text)
         self._going = self.program.active
+        self._controls = self.program.controls
+
+    @property
+    def stop(self) -> Stop | None:
+        """Why the program is held; None while it is not, or since somebody else has started or stopped it."""
+        return self._stop if self._controls == self.program.controls else None
 
     @property
     def running(self) -> bool:
@@ -320,19 +332,13 @@ class LiveSession(_Watcher):
         self.control.set_breakpoints(breakpoints)
         self._attach()
 
-    def release(self) -> None:
-        """The program is stopped, reset or started by somebody else: it is no longer held."""
-        self.stop = None
-        self._going = self.program.active
-        self.control.clear_step()
-        self._attach()
-
     def resume(self) -> None:
         """Let the program go on."""
-        self.stop = None
+        self._stop = None
         self._going = True
         self._attach()
         self.program.run()
+        self._controls = self.program.controls
 
     def restart(self) -> None:
         """Start the program from its beginning."""
@@ -363,15 +369,23 @@ class LiveSession(_Watcher):
 
     def look(self) -> None:
         """Tell of what nothing else tells: refused commands, and that the program has stopped by itself."""
+        if self._controls != self.program.controls:
+            self._controls = self.program.controls
+            self._let_go()
         stop = self._refused()
         if stop is not None:
             self.program.stop()
             self._hold(stop)
         elif self._going and not self.program.active:
-            self._going = False
-            self.control.clear_step()
-            self._attach()
+            self._let_go()
             self.listener.ended()
+
+    def _let_go(self) -> None:
+        """Whatever was under way is over."""
+        self._stop = None
+        self._going = self.program.active
+        self.control.clear_step()
+        self._attach()
 
     def _step(self, depth: int | None) -> None:
         self.control.step(depth)
@@ -387,11 +401,12 @@ class LiveSession(_Watcher):
         return True
 
     def _hold(self, stop: Stop) -> None:
-        self.stop = stop
+        self._stop = stop
+        self._controls = self.program.controls
         self._going = False
         self.control.clear_step()
         self._attach()
         self.listener.held(stop)
 
     def _attach(self) -> None:
-        self.program.before_instruction = None if self.control.idle else self._before
+        self.program.hook(None if self.control.idle else self._before, self.control.addresses)

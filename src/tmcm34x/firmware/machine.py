@@ -251,6 +251,8 @@ class Machine:
     """
 
     def __init__(self, read: Callable[[int], Instruction]) -> None:
+        self.guarded: frozenset[int] = frozenset()
+        """Addresses whose commands count as foreign, because somebody wants to be asked before them."""
         self._read = read
         self._single: list[Operation] = []
         self._fast: list[Operation] = []
@@ -261,6 +263,12 @@ class Machine:
         self._single.clear()
         self._fast.clear()
         self._reach.clear()
+
+    def guard(self, addresses: frozenset[int]) -> None:
+        """Stop before these commands too, and before no others than them and foreign ones."""
+        if addresses != self.guarded:
+            self.guarded = addresses
+            self.invalidate()
 
     def is_foreign(self, address: int) -> bool:
         """Whether a foreign command is known to stand at `address`."""
@@ -292,6 +300,16 @@ class Machine:
         counter = registers.counter
         self._operation(template, instruction, counter)(registers, 1)
         registers.counter = counter
+        return True
+
+    def pass_guard(self, registers: Registers) -> bool:
+        """Execute the register command at a guarded address; whether it is one."""
+        address = registers.counter
+        instruction = self._read(address) if address < PROGRAM_SIZE else None
+        template = None if instruction is None else _template(instruction)
+        if instruction is None or template is None:
+            return False
+        self._operation(template, instruction, address)(registers, 1)
         return True
 
     def find_cycle(self, registers: Registers, limit: int) -> tuple[int, tuple[object, ...], int]:
@@ -339,7 +357,9 @@ class Machine:
         return (address + 1, target) if number in _WITH_TARGET else (address + 1,)
 
     def _code(self, address: int) -> str | None:
-        return _template(self._read(address)) if address < PROGRAM_SIZE else None
+        if address >= PROGRAM_SIZE or address in self.guarded:
+            return None
+        return _template(self._read(address))
 
     def _forget(self) -> None:
         self._single[:] = [self._decode] * (PROGRAM_SIZE + 1)

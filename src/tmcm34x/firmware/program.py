@@ -90,14 +90,15 @@ class Program:
         """The last command that was refused, since the program was started or reset."""
         self.executed = 0
         """Commands executed since power-on."""
-        self.before_instruction: Callable[[int], bool] | None = None
-        """Asked with the address of each command about to be executed, but not of the one that the program is
-        started at; true stops the program before it."""
+        self.controls = 0
+        """Times that somebody outside has started, stopped or reset the program."""
+        self._hook: Callable[[int], bool] | None = None
+        self._hooked_everywhere = False
         self._machine = Machine(self._read_instruction)
         self._due = NEVER
         """Clock at which the command at the counter has its effect."""
-        self._started = False
-        """No command has been executed since the program was started."""
+        self._started_at = 0
+        """`executed` when the program was started."""
         self._wait: _Wait | None = None
         self._download_address = 0
         self._ahead = Registers([0] * USER_VARIABLES)
@@ -165,6 +166,27 @@ class Program:
         """Whether a WAIT is being executed."""
         return self._wait is not None
 
+    @property
+    def upcoming(self) -> int:
+        """Address of the command due at the next event."""
+        return self._ahead.counter if self._ahead_until else self.registers.counter
+
+    @property
+    def hooked(self) -> bool:
+        """Whether somebody wants to be asked before commands."""
+        return self._hook is not None
+
+    def hook(self, ask: Callable[[int], bool] | None, addresses: frozenset[int] | None = None) -> None:
+        """Have `ask` asked with the address of each command about to be executed; true stops the program there.
+
+        It is not asked for the command that the program is started at.  With `addresses` it is asked only for
+        those, and the others run as fast as ever.  None: nobody is asked any more.
+        """
+        self.wake()
+        self._hook = ask
+        self._hooked_everywhere = ask is not None and addresses is None
+        self._machine.guard(addresses if ask is not None and addresses is not None else frozenset())
+
     def raise_error(self, flag: str) -> None:
         """Set one of the flags ETO, EAL, EDV, EPO, ESD."""
         self.wake()
@@ -186,22 +208,26 @@ class Program:
             self.stop()
             self.registers.counter = address
             self.registers.stack.clear()
+        self.controls += 1
         if self.state is not State.RUN:
             self._start(State.RUN)
         return Status.OK
 
     def step(self) -> Status:
         """Execute one command and stop again (130)."""
+        self.controls += 1
         self._start(State.STEP)
         return Status.OK
 
     def stop(self) -> Status:
         """Stop the program where it stands (128)."""
+        self.controls += 1
         self._halt()
         return Status.OK
 
     def reset(self) -> Status:
         """Stop, and bring counter, stack, registers and flags to their initial state (131)."""
+        self.controls += 1
         self._halt()
         self.registers.reset()
         self._machine.invalidate()
@@ -218,6 +244,7 @@ class Program:
 
     def power_off(self) -> None:
         """Leave off at once."""
+        self.controls += 1
         self._halt()
 
     def start_download(self, address: int) -> Status:
@@ -304,9 +331,7 @@ class Program:
     def _watched(self) -> bool:
         """Whether somebody looks at each single command."""
         observer = self._module.observer
-        return self.before_instruction is not None or (
-            observer is not None and observer.instruction is not None
-        )
+        return self._hooked_everywhere or (observer is not None and observer.instruction is not None)
 
     @property
     def _protection(self) -> int:
@@ -324,7 +349,7 @@ class Program:
         if self._wait is None:
             self._machine.invalidate()
             self.last_error = None
-            self._started = True
+            self._started_at = self.executed
             self._due = self._module.now + self._module.instruction_clocks
 
     def _halt(self) -> None:
@@ -338,24 +363,29 @@ class Program:
         """Execute the register commands due up to `now`, then at most one foreign command."""
         clocks = self._module.instruction_clocks
         room = (now - self._due) // clocks + 1
-        if self._watched or self.state is State.STEP:
+        single = self._watched or self.state is State.STEP
+        if single:
             if self._pauses(now):
                 return
             room = 1
         done = self._machine.run(self.registers, room)
         self.executed += done
         self._due += done * clocks
-        if done < room:
+        if done < room and (single or not self._guarded or not self._pauses(now)):
             self._execute_foreign(now)
-        self._started = False
         if self.state is State.STEP and self._wait is None:
             self._halt()
+
+    @property
+    def _guarded(self) -> bool:
+        """Whether somebody wants to be asked before the command at the counter."""
+        return self.registers.counter in self._machine.guarded
 
     def _pauses(self, now: int) -> bool:
         """Tell those who watch of the command to come; whether one of them stops the program before it."""
         address = self.registers.counter
-        hook = self.before_instruction
-        if hook is not None and not self._started and hook(address):
+        hook = self._hook
+        if hook is not None and self.executed != self._started_at and hook(address):
             self._halt()
             return True
         observer = self._module.observer
@@ -370,7 +400,12 @@ class Program:
         address = self.registers.counter
         instruction = self._instruction(address)
         self._probed = False
-        if instruction.number == _WAIT:
+        guarded = self._guarded
+        if guarded and self._machine.pass_guard(self.registers):
+            self._polling.forget(now)
+            self.executed += 1
+            self._due = now + self._module.instruction_clocks
+        elif instruction.number == _WAIT:
             self._begin_wait(instruction, address, now)
         elif instruction.number == _STOP:
             self._go_on(address, now)
@@ -380,7 +415,7 @@ class Program:
             self._halt()
         elif instruction.number in _PROGRAM_ONLY:
             self._refuse(address, _misuse(instruction), now)
-        elif self._polling.repeats(instruction, now):
+        elif not guarded and self._polling.repeats(instruction, now):
             self._poll(instruction, address, now)
         else:
             self._polling.forget(now)
