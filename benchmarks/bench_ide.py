@@ -155,13 +155,20 @@ def plot_share(ide: Ide) -> float:
     return (ide.metric("TaskDuration") - before) / (time.monotonic() - start_s) * 100
 
 
+def clock_s(page: Page) -> float:
+    """The module's time as the page shows it."""
+    hours, minutes, seconds = page.locator(".virtual-time").inner_text().split(":")
+    return int(hours) * 3600 + int(minutes) * 60 + float(seconds)
+
+
 def growth_mb(ide: Ide) -> tuple[float, float]:
     """Growth of server and page with motors moving, curves drawn and the log followed."""
     page = ide.page
     page.get_by_role("tab", name="Telegrams").click()
     page.wait_for_timeout(20_000)
-    server, heap = ide.resident_mb(), ide.heap_mb()
+    server, heap, before_s = ide.resident_mb(), ide.heap_mb(), clock_s(page)
     page.wait_for_timeout(GROWTH_S * 1e3)
+    assert clock_s(page) - before_s > 0.9 * GROWTH_S, "the page has not followed the module"
     return ide.resident_mb() - server, ide.heap_mb() - heap
 
 
