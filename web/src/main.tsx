@@ -185,5 +185,7 @@ effect(() => {
 });
 void shownTheme;
 void [openFile, loaded];
-render(<Page />, document.getElementById("page")!);
+const place = document.getElementById("page")!;
+place.replaceChildren();
+render(<Page />, place);
 connection.open();
