@@ -78,6 +78,16 @@ def state(session):
     )  # fmt: skip
 
 
+@pytest.mark.parametrize(("address", "times"), list(enumerate([1, 1, 3, 3, 3, 3, 1] + 8 * [3])))
+def test_a_breakpoint_holds_every_time_the_program_comes_by(address, times):
+    session, notes = bench()
+    session.set_breakpoints(breakpoints(address))
+    session.start(hold=False)
+    while not session.over:
+        go(session)
+    assert [stop.address for stop in notes.stops] == times * [address]
+
+
 def test_the_program_is_held_before_its_first_command():
     session, notes = bench()
     session.start()

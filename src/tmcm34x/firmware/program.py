@@ -169,7 +169,7 @@ class Program:
     @property
     def upcoming(self) -> int:
         """Address of the command due at the next event."""
-        return self._ahead.counter if self._ahead_until else self.registers.counter
+        return self._ahead.counter if self._ahead_until and self._ahead_commands else self.registers.counter
 
     @property
     def hooked(self) -> bool:
