@@ -204,6 +204,13 @@ def test_comments_constants_and_labels_fold():
     assert [f.kind for f in analysis("#include a\n#include b\n").folds("x.tmc")] == ["imports"]
 
 
+def test_marked_regions_fold_within_each_other():
+    text = "//endregion\nSTOP\n// #region a\nSTOP\n  //region b\nSTOP\n//endregion\nSTOP\n// #endregion\n// #region\n"
+    folds = [fold for fold in analysis(text).folds("x.tmc") if fold.kind == "region"]
+    assert folds == [(2, 8, "region"), (4, 6, "region")]
+    assert analysis("// #regional\nSTOP\n// #endregion\n").folds("x.tmc") == []
+
+
 def test_words_are_coloured_by_their_meaning():
     text = "#include a.inc // x\nX=SIN(1)\nGo: MVP ABS, 0, X\nJA Go\n//! DATA 1,2,3,4\n"
     program = analysis(text)

@@ -552,8 +552,8 @@ class Analysis:
         return max(first, last)
 
     def folds(self, file: str) -> list[Fold]:
-        """Blocks of comments, includes and constants, and the code of each label."""
-        folds: list[Fold] = []
+        """Blocks of comments, includes and constants, `// #region` to `// #endregion`, the code of each label."""
+        folds = list(_regions(self.assembly.sources[file]))
         lines = self.assembly.lines[file]
         start, kind = 0, ""
         for number in range(len(lines) + 1):
@@ -768,6 +768,20 @@ def _operand_index(operands: Sequence[Operand | None], token: Token) -> int | No
 
 def _address_text(address: int, instruction: Instruction) -> str:
     return f"address {address}: `{pack_record(instruction).hex(' ')}`"
+
+
+_REGION: Final = re.compile(r"\s*//\s*#?(end)?region\b")
+"""A comment that begins or ends a region, as in other languages."""
+
+
+def _regions(texts: Sequence[str]) -> Iterator[Fold]:
+    begun: list[int] = []
+    for number, text in enumerate(texts):
+        mark = _REGION.match(text)
+        if mark is not None and mark[1] is None:
+            begun.append(number)
+        elif mark is not None and begun:
+            yield Fold(begun.pop(), number, "region")
 
 
 def _fold_kind(line: parser.Line) -> str:
