@@ -7,7 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS   ?= 2
 SETUP  := pyproject.toml $(wildcard hatch_build.py web/package-lock.json)
 
-.PHONY: run test check bench soak lock web clean
+.PHONY: run test check bench soak lock web vsix clean
 
 run: $(VENV)/.run
 	$(BIN)/tmcm34x ide examples/manual/5.2-first-program.tmc
@@ -48,6 +48,10 @@ $(VENV)/.test: requirements/test.txt $(VENV)/.run
 # The page of the IDE; installing the package builds it too.
 web: $(VENV)/.run
 	$(BIN)/python hatch_build.py
+
+# The extension for VS Code, as dist/tmcl-VERSION.vsix.
+vsix: $(VENV)/.run
+	$(BIN)/python editors/vscode/pack.py
 
 COMPILE := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header --quiet
 lock:

@@ -11,12 +11,13 @@ function options() {
     return { model, includePath, hints };
 }
 
-async function activate(context) {
+async function start() {
+    await client?.dispose();
     const command = settings().get("command");
     client = new LanguageClient(
         "tmcl",
         "TMCL",
-        { command, args: ["lsp", "--stdio"] },
+        { command, args: ["lsp"] },
         {
             documentSelector: [{ language: "tmcl" }],
             initializationOptions: options(),
@@ -26,19 +27,44 @@ async function activate(context) {
             },
         },
     );
+    try {
+        await client.start();
+    } catch {
+        client = undefined;
+        const change = "Change the setting tmcl.command";
+        const text = `TMCL needs the command "${command}" of the Python package tmcm34x, and cannot start it.`;
+        if ((await vscode.window.showErrorMessage(text, change)) === change)
+            await vscode.commands.executeCommand("workbench.action.openSettings", "tmcl.command");
+    }
+}
+
+// F5 in a source without a launch configuration runs that source; what the editor is set to holds for the run too.
+function complete(configuration, usual) {
+    if (!configuration.type) {
+        if (vscode.window.activeTextEditor?.document.languageId !== "tmcl") return undefined;
+        configuration = usual;
+    }
+    const { model, includePath } = settings();
+    const more = configuration.request === "launch" && !configuration.bench ? { model } : {};
+    return { ...more, include: includePath, ...configuration };
+}
+
+function activate(context) {
+    const [debug] = context.extension.packageJSON.contributes.debuggers;
     context.subscriptions.push(
-        vscode.debug.registerDebugAdapterDescriptorFactory("tmcl", {
-            createDebugAdapterDescriptor: () => new vscode.DebugAdapterExecutable(settings().get("command"), ["dap"]),
+        vscode.debug.registerDebugAdapterDescriptorFactory(debug.type, {
+            createDebugAdapterDescriptor: ({ workspaceFolder }) =>
+                new vscode.DebugAdapterExecutable(settings().get("command"), ["dap"], {
+                    cwd: workspaceFolder?.uri.fsPath,
+                }),
         }),
-        vscode.debug.registerDebugConfigurationProvider("tmcl", {
-            // F5 in a source without a launch configuration runs that source.
+        vscode.debug.registerDebugConfigurationProvider(debug.type, {
             resolveDebugConfiguration: (_folder, configuration) =>
-                configuration.type
-                    ? configuration
-                    : { type: "tmcl", request: "launch", name: "TMCL", program: "${file}" },
+                complete(configuration, debug.initialConfigurations[0]),
         }),
+        vscode.workspace.onDidChangeConfiguration((change) => change.affectsConfiguration("tmcl.command") && start()),
     );
-    await client.start();
+    start();
 }
 
 module.exports = { activate, deactivate: () => client?.stop() };
