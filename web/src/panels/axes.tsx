@@ -94,7 +94,7 @@ function openWay(way: Way, far: number): Way {
 function Rail({ motor }: { motor: number }) {
     const carriage = useRef<HTMLDivElement>(null);
     const goal = useRef<HTMLDivElement>(null);
-    const cams = useRef<HTMLDivElement>(null);
+    const zero = useRef<HTMLElement>(null);
     const way = useRef<Way>({ low: -1000, high: 1000 });
     const offset = useRef(NaN);
     const labels = useSignal<[string, string]>(["", ""]);
@@ -117,20 +117,21 @@ function Rail({ motor }: { motor: number }) {
         const part = (value: number) => ((Math.max(low, Math.min(high, value)) - low) / (high - low)) * 100;
         const move = (value: number) => `translateX(${part(value).toFixed(2)}%)`;
         if (carriage.current) carriage.current.style.transform = move(position);
-        cams.current?.style.setProperty("--zero", `${part(0).toFixed(1)}%`);
-        const key = `${target} ${mode} ${low}`;
+        const key = `${target} ${mode} ${low} ${high}`;
         if (goal.current && goal.current.dataset.at !== key) {
             goal.current.dataset.at = key;
             goal.current.style.transform = move(target);
             goal.current.classList.toggle("unused", mode !== 0);
+            zero.current?.style.setProperty("left", `${part(0).toFixed(1)}%`);
         }
     });
     return (
         <div class="rail">
             <span>{labels.value[0]}</span>
-            <div class="way" ref={cams} role="img" aria-label={`Position of motor ${motor}`}
+            <div class="way" role="img" aria-label={`Position of motor ${motor}`}
                 title={ends ? `${axis.low ?? ends[0]} to ${axis.high ?? ends[1]} ${axis.unit}; marks are the switches` : undefined}>
                 {ends && axis.cams.map((cam, n) => <Cam key={n} motor={motor} cam={cam} ends={ends} flipped={axis.turn < 0} />)}
+                <i class="zero" ref={zero} />
                 <div class="slide goal" ref={goal}><i /></div>
                 <div class="slide carriage" ref={carriage}><i /></div>
             </div>
