@@ -205,7 +205,10 @@ class TmclServer(LanguageServer):
         if signature is None:
             return None
         parameters = [types.ParameterInformation(label, document) for label, document in signature.parameters]
-        information = types.SignatureInformation(signature.label, signature.documentation, parameters)
+        # The active parameter is told twice: an editor that knows LSP 3.18 takes the signature's null for none.
+        information = types.SignatureInformation(
+            signature.label, signature.documentation, parameters, signature.active
+        )
         return types.SignatureHelp([information], 0, signature.active)
 
     def _definition(self, params: types.DefinitionParams) -> types.Location | None:
@@ -266,6 +269,9 @@ class TmclServer(LanguageServer):
         return [self._edit(analysis, edit) for edit in analysis.format_edits(name)]
 
     def _actions(self, params: types.CodeActionParams) -> list[types.CodeAction]:
+        only = params.context.only
+        if only and not {types.CodeActionKind.Empty, types.CodeActionKind.QuickFix} & set(only):
+            return []
         analysis, name = self._document(params)
         found = analysis.actions(name, params.range.start.line, params.range.end.line)
         return [

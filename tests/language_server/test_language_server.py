@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -253,6 +254,142 @@ def test_diagnostics_of_a_long_program_come_in_time(client):
         assert "E301" in client.codes()
         took.append(time.perf_counter() - start)
     assert min(took) < 0.3, took
+
+
+# As Visual Studio Code does it
+
+MOVE = """\
+// Moves motor 0 and counts.
+#include speeds.inc
+
+// #region set-up
+        SAP   4, 0, Speed
+        SGP   1, 2, 0
+// #endregion
+
+Loop:   CSUB  Move
+        COMP  3
+        JC    LT, Loop
+        STOP
+
+Move:   MVP   REL, 0, 10000
+        WAIT  POS, 0, 0
+        RSUB
+"""
+
+
+@pytest.fixture
+def vscode(tmp_path):
+    """A server, initialized with all that Visual Studio Code 1.139 says of itself, and an open program."""
+    (tmp_path / "speeds.inc").write_text("Speed = 500    // of every move\n")
+    params = json.loads(Path(__file__).with_name("vscode.json").read_text())
+    root = tmp_path.as_uri()
+    params |= {"processId": None, "rootPath": str(tmp_path), "rootUri": root}
+    params["workspaceFolders"] = [{"uri": root, "name": "project"}]
+    command = [sys.executable, "-m", "tmcm34x", "lsp"]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=tmp_path
+    ) as running:
+        client = Client(running.stdout, running.stdin)
+        _, error = client.ask("initialize", **params)
+        assert error is None
+        client.notify("initialized")
+        client.uri = (tmp_path / "move.tmc").as_uri()
+        client.open(MOVE, client.uri)
+        settings = {"command": "tmcm34x", **params["initializationOptions"]}
+        client.notify("workspace/didChangeConfiguration", settings={"tmcl": settings})
+        assert client.diagnostics(client.uri) == []
+        yield client
+        client.notify("textDocument/didClose", textDocument={"uri": client.uri})
+        assert client.ask("shutdown") == (None, None)
+        client.notify("exit")
+        assert running.wait(timeout=20) == 0
+        assert running.stderr.read() == b""
+
+
+def span(first_line, first, last_line, last):
+    return {
+        "start": {"line": first_line, "character": first},
+        "end": {"line": last_line, "character": last},
+    }
+
+
+def test_visual_studio_code_opens_a_program(vscode):
+    def ask(method, **more):
+        result, error = vscode.ask(f"textDocument/{method}", textDocument={"uri": vscode.uri}, **more)
+        assert error is None, error
+        return result
+
+    whole = span(0, 0, 16, 0)
+    symbols = ask("documentSymbol")
+    assert [(s["name"], s["kind"], s["range"]["end"]["line"]) for s in symbols] == [
+        ("Loop", 20, 11), ("Move", 12, 15),
+    ]  # fmt: skip
+    assert ask("codeAction", range=span(0, 0, 0, 0), context={"diagnostics": [], "triggerKind": 2}) == []
+    hints = ask("inlayHint", range=whole)
+    assert [h["label"] for h in hints[:3]] == ["0000", "maximum positioning speed", "238.4 steps/s"]
+    assert ask("inlayHint", range=span(8, 0, 9, 0)) == [h for h in hints if 8 <= h["position"]["line"] <= 9]
+    assert [(f["startLine"], f["endLine"]) for f in ask("foldingRange")] == [(3, 6), (8, 11), (13, 15)]
+    tokens = ask("semanticTokens/range", range=whole)
+    assert tokens == ask("semanticTokens/full") and len(tokens["data"]) > 100
+    part = ask("semanticTokens/range", range=span(13, 0, 13, 99))["data"]
+    assert part[:2] == [13, 0] and len(part) < len(tokens["data"])
+    assert len(ask("documentHighlight", position={"line": 8, "character": 1})) == 2
+    hover = ask("hover", position={"line": 13, "character": 8})
+    assert hover["contents"]["kind"] == "markdown" and hover["range"] == span(13, 8, 13, 11)
+    definition = ask("definition", position={"line": 4, "character": 23})
+    assert definition["uri"].endswith("/speeds.inc") and definition["range"] == span(0, 0, 0, 5)
+
+
+def test_visual_studio_code_types_a_command(vscode):
+    lines = MOVE.split("\n")
+
+    def type_(text, version):
+        lines[11] = text
+        vscode.change("\n".join(lines), vscode.uri, version)
+
+    def ask(method, character, **more):
+        return vscode.about(method, 11, character, uri=vscode.uri, **more)
+
+    typed = {"triggerKind": 2, "triggerCharacter": " "}
+    type_("        SAP ", 2)
+    items = ask("completion", 12, context=typed)["items"]
+    assert (items[0]["label"], items[0]["textEdit"]["range"]) == (
+        "0 target (next) position",
+        span(11, 12, 11, 12),
+    )
+    help_ = ask("signatureHelp", 12, context={**typed, "isRetrigger": False})
+    assert help_["signatures"][0]["activeParameter"] == help_["activeParameter"] == 0
+    type_("        SAP 4, ", 3)
+    again = {**typed, "isRetrigger": True, "activeSignatureHelp": help_}
+    help_ = ask("signatureHelp", 15, context=again)
+    assert help_["signatures"][0]["activeParameter"] == help_["activeParameter"] == 1
+    vscode.notify("$/cancelRequest", id=vscode.number)
+    type_("        SAP 4, 9, Speed", 4)
+    found = vscode.diagnostics(vscode.uri)
+    while found[0]["code"] != "W303":
+        found = vscode.diagnostics(vscode.uri)
+    here = {"textDocument": {"uri": vscode.uri}, "range": found[0]["range"]}
+    actions, _ = vscode.ask(
+        "textDocument/codeAction", **here, context={"diagnostics": found, "triggerKind": 1}
+    )
+    assert [a["title"] for a in actions] == ["Ignore W303 on this line"]
+    assert actions[0]["diagnostics"] == found[:1]
+    saving = {"diagnostics": [], "only": ["source.organizeImports"], "triggerKind": 2}
+    assert vscode.ask("textDocument/codeAction", **here, context=saving) == ([], None)
+    options = {"tabSize": 8, "insertSpaces": True}
+    edits, _ = vscode.ask("textDocument/formatting", textDocument={"uri": vscode.uri}, options=options)
+    assert edits == [{"range": span(11, 0, 11, 23), "newText": "        SAP   4, 9, Speed"}]
+
+
+def test_visual_studio_code_renames_a_constant_of_another_file(vscode):
+    place = vscode.about("prepareRename", 4, 22, uri=vscode.uri)
+    assert place == span(4, 20, 4, 25)
+    edit = vscode.about("rename", 4, 22, uri=vscode.uri, newName="Pace")
+    assert {uri.rpartition("/")[2]: len(edits) for uri, edits in edit["changes"].items()} == {
+        "move.tmc": 1, "speeds.inc": 1,
+    }  # fmt: skip
+    assert vscode.about("prepareRename", 0, 4, uri=vscode.uri) is None
 
 
 # Other ways to it

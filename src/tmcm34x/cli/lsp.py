@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 from pathlib import Path
 
 import click
@@ -27,6 +28,8 @@ def command(stdio: bool, tcp: str | None, include_path: tuple[Path, ...], model:
         raise CliError("--stdio and --tcp exclude each other")
     from tmcm34x import language_server
 
+    # pygls warns of each question that an editor takes back after it was answered.
+    logging.getLogger("pygls").setLevel(logging.ERROR)
     folders = [str(folder.resolve()) for folder in include_path]
     if tcp is None:
         language_server.serve_stdio(read_text, folders, int(model))
