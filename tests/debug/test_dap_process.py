@@ -10,6 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from tmcm34x.host import Connection, Program
+from tmcm34x.toolchain.assembler import assemble
+
 COMMAND = str(Path(sys.executable).with_name("tmcm34x"))
 PROGRAM = """\
         SGP   1, 2, 0
@@ -95,55 +98,102 @@ def client(adapter):
     return Client(adapter.stdout, adapter.stdin)
 
 
+VSCODE = {
+    "clientID": "vscode", "clientName": "Visual Studio Code", "adapterID": "tmcl", "pathFormat": "path",
+    "linesStartAt1": True, "columnsStartAt1": True, "supportsVariableType": True, "supportsVariablePaging": True,
+    "supportsRunInTerminalRequest": True, "locale": "en", "supportsProgressReporting": True,
+    "supportsInvalidatedEvent": True, "supportsMemoryReferences": True,
+    "supportsArgsCanBeInterpretedByShell": True, "supportsMemoryEvent": True,
+    "supportsStartDebuggingRequest": True, "supportsANSIStyling": True,
+}  # fmt: skip
+"""What Visual Studio Code 1.139 says of itself."""
+
+
+def configure(client, file, breakpoints):
+    """What Visual Studio Code sends when the adapter is ready for it."""
+    client.event("initialized")
+    source = {"name": file.name, "path": str(file)}
+    if breakpoints:
+        lines = [row["line"] for row in breakpoints]
+        answer = client.do(
+            "setBreakpoints", source=source, lines=lines, breakpoints=breakpoints, sourceModified=False
+        )
+        assert [(row["verified"], row["line"]) for row in answer["breakpoints"]] == [(True, n) for n in lines]
+    client.do("setFunctionBreakpoints", breakpoints=[])
+    client.do("setInstructionBreakpoints", breakpoints=[])
+    client.do("setExceptionBreakpoints", filters=["refused"])
+    for row in breakpoints:
+        places = client.do("breakpointLocations", source=source, line=row["line"])["breakpoints"]
+        assert places == [{"line": row["line"]}]
+    client.do("configurationDone")
+
+
+def held(client, reason):
+    """The frames and scopes that Visual Studio Code asks for at each stop."""
+    assert client.event("stopped")["reason"] == reason
+    assert client.do("threads")["threads"][0]["id"] == 1
+    top = client.do("stackTrace", threadId=1, startFrame=0, levels=1)
+    (frame,) = top["stackFrames"]
+    rest = client.do("stackTrace", threadId=1, startFrame=1, levels=19)["stackFrames"]
+    assert top["totalFrames"] == 1 + len(rest)
+    scopes = client.do("scopes", frameId=frame["id"])["scopes"]
+    first = client.do("variables", variablesReference=scopes[0]["variablesReference"])["variables"]
+    return [frame["line"], *(f["line"] for f in rest)], scopes[0]["variablesReference"], first
+
+
 def debug(client, file):
     """What Visual Studio Code sends, in its order, from start to end."""
-    capabilities = client.do(
-        "initialize", clientID="vscode", clientName="Visual Studio Code", adapterID="tmcl", locale="en",
-        pathFormat="path", linesStartAt1=True, columnsStartAt1=True, supportsVariableType=True,
-        supportsVariablePaging=True, supportsRunInTerminalRequest=True, supportsMemoryReferences=True,
-    )  # fmt: skip
+    capabilities = client.do("initialize", **VSCODE)
     assert capabilities["supportsConfigurationDoneRequest"]
-    launch = client.send(
-        "launch",
-        name="Debug",
-        type="tmcl",
-        request="launch",
-        program=str(file),
-        stopOnEntry=True,
-        __sessionId="1",
-    )
-    client.event("initialized")
-    answer = client.do(
-        "setBreakpoints",
-        source={"name": file.name, "path": str(file)},
-        lines=[3],
-        breakpoints=[{"line": 3}],
-        sourceModified=False,
-    )
-    assert answer["breakpoints"][0]["verified"]
-    client.do("setFunctionBreakpoints", breakpoints=[])
-    client.do("setExceptionBreakpoints", filters=["refused"], filterOptions=[])
-    client.do("configurationDone")
+    settings = {
+        "model": 343, "include": [], "type": "tmcl", "request": "launch", "name": "Here", "program": str(file),
+        "stopOnEntry": True, "__configurationTarget": 6, "__sessionId": "221fa801-b99b-4b36-80f8-22da0873f6d7",
+    }  # fmt: skip
+    launch = client.send("launch", **settings)
+    told = {"line": 9, "column": 1, "logMessage": "turn {gp[1]} at {ap[1][0]}"}
+    configure(client, file, [{"line": 3}, {"line": 4, "condition": "gp[1] == 2"}, told])
     assert launch == 2
-    assert client.do("threads")["threads"][0]["id"] == 1
-    assert client.event("stopped")["reason"] == "entry"
+    lines, registers, rows = held(client, "entry")
+    assert lines == [1] and rows[0]["name"] == "accumulator"
+    answer = client.do("setVariable", variablesReference=registers, name="accumulator", value="77")
+    assert answer["value"] == "77"
+    watch = {"frameId": 0, "context": "watch"}
+    assert client.do("evaluate", expression="accumulator * 10", **watch)["result"] == "770"
+    assert not client.ask("evaluate", expression="nonsense(", **watch)["success"]
+    place = {"line": 7, "column": 9, "source": {"name": file.name, "path": str(file)}}
+    assert client.do("evaluate", expression="Move", frameId=0, context="hover", **place)["result"] == "6"
+    assert not client.ask("evaluate", expression="MVP", frameId=0, context="hover", **place)["success"]
+    code = client.do(
+        "disassemble", memoryReference="0x0", offset=0, instructionOffset=-50, instructionCount=100,
+        resolveSymbols=True,
+    )["instructions"]  # fmt: skip
+    assert len(code) == 100 and code[50 + 6]["symbol"] == "Move"
+    client.do("next", threadId=1)
+    assert held(client, "step")[0] == [2]
+    client.do("stepIn", threadId=1)
+    assert held(client, "step")[0] == [7, 2]
+    client.do("stepOut", threadId=1)
+    assert client.event("output")["output"] == "turn 0 at 1000\n"
+    assert held(client, "breakpoint")[0] == [3]
     client.do("continue", threadId=1)
-    assert client.event("stopped")["reason"] == "breakpoint"
-    frame = client.do("stackTrace", threadId=1, startFrame=0, levels=20)["stackFrames"][0]
-    assert (frame["line"], frame["source"]["path"]) == (3, str(file))
-    scopes = client.do("scopes", frameId=frame["id"])["scopes"]
-    rows = client.do("variables", variablesReference=scopes[0]["variablesReference"])["variables"]
-    assert rows[0]["name"] == "accumulator"
-    assert client.do("evaluate", expression="gp[1]", frameId=frame["id"], context="watch")["result"] == "1"
-    client.do("next", threadId=1, granularity="statement")
-    assert client.event("stopped")["reason"] == "step"
-    assert client.do("evaluate", expression="accumulator", context="hover")["result"] == "1"
+    assert client.event("output")["output"] == "turn 1 at 2000\n"
+    assert held(client, "breakpoint")[0] == [3]
     client.do("continue", threadId=1)
-    assert client.event("stopped")["reason"] == "breakpoint"
+    assert held(client, "breakpoint")[0] == [4]
+    names = client.do("completions", frameId=0, text="acc", column=4, line=1)["targets"]
+    assert names[0]["label"] == "accumulator"
+    repl = {"frameId": 0, "context": "repl"}
+    assert client.do("evaluate", expression="gp[3] = 2 * gp[1] + Move", **repl)["result"] == "10"
+    assert client.do("evaluate", expression="GAP 1, 0", **repl)["result"] == "2000"
+    assert "wrong type" in client.ask("evaluate", expression="GAP 77, 0", **repl)["message"]
+    client.do("restart", arguments=settings)
+    assert held(client, "entry")[0] == [1]
+    source = {"name": file.name, "path": str(file)}
+    client.do("setBreakpoints", source=source, lines=[], breakpoints=[], sourceModified=False)
     client.do("continue", threadId=1)
     assert client.event("exited")["exitCode"] == 0
     client.event("terminated")
-    client.do("disconnect", restart=False)
+    client.do("disconnect", restart=False, terminateDebuggee=False)
 
 
 def test_a_session_over_pipes(adapter, client, file):
@@ -236,9 +286,6 @@ def attach(client, served, **options):
 
 
 def download(served, source):
-    from tmcm34x.host import Connection, Program
-    from tmcm34x.toolchain.assembler import assemble
-
     with Connection.open(served.tcp) as connection:
         Program(connection).download(assemble(source).program)
 
@@ -280,6 +327,31 @@ def test_a_served_module_is_run_stepped_and_stopped(client, served):
     client.do("terminate")
     client.event("terminated")
     client.do("disconnect")
+
+
+def test_visual_studio_code_looks_into_a_served_module(adapter, client, served):
+    module, file = served
+    download(module, ENDLESS)
+    client.do("initialize", **VSCODE)
+    client.send(
+        "attach", include=[], type="tmcl", request="attach", name="Module", program=str(file), port=module.tcp,
+        __configurationTarget=6, __sessionId="8812847c-67f2-4f9b-95c6-cf7d06bf5a45",
+    )  # fmt: skip
+    configure(client, file, [])
+    lines, _, rows = held(client, "pause")
+    assert lines == [1] and rows[1]["name"] == "gp[1]"
+    client.do("stepIn", threadId=1)
+    lines, variables, _ = held(client, "step")
+    assert lines == [2]
+    assert client.do("setVariable", variablesReference=variables, name="gp[4]", value="5")["value"] == "5"
+    client.do("continue", threadId=1)
+    client.do("pause", threadId=1)
+    assert held(client, "pause")[2][4]["value"] == "5"
+    client.do("continue", threadId=1)
+    client.do("disconnect", restart=False, terminateDebuggee=False)
+    assert adapter.wait(5) == 0
+    with Connection.open(module.tcp) as connection:
+        assert Program(connection).state.status == 1, "a disconnected editor leaves the program alone"
 
 
 def test_a_program_without_source_is_shown_disassembled(client, served):
