@@ -381,6 +381,7 @@ export interface World {
     axes: AxisWorld[];
     faults: FaultKind[];
     bench: string;
+    inputs: number[];
 }
 
 /** A value in the EEPROM; bank -1 is an axis parameter, -2 a coordinate. */
@@ -483,6 +484,13 @@ export interface StopAll {
     call: "stop_all";
 }
 
+/** Turn a motor until its page says 0, has said nothing for a second, or is gone; to be said again and again. */
+export interface Jog {
+    call: "jog";
+    motor: number;
+    velocity: number;
+}
+
 /** Parameters to be sent with this page's state frames. */
 export interface Watch {
     call: "watch";
@@ -506,7 +514,7 @@ export interface FollowLog {
 /** Change something on the virtual bench. */
 export interface SetBench {
     call: "set_bench";
-    what: "analog" | "fault" | "input" | "left" | "line" | "load" | "power" | "right" | "shutdown";
+    what: "analog" | "fault" | "input" | "left" | "line" | "load" | "power" | "right" | "shutdown" | "source";
     index: number;
     value: number;
     fault?: string;
@@ -552,7 +560,7 @@ export interface Ping {
     call: "ping";
 }
 
-export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | ControlProgram | Execute | ExecuteText | ReadMany | StopAll | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
+export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | ControlProgram | Execute | ExecuteText | ReadMany | StopAll | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
 
 /** The type of the answer's result, by call. */
 export interface Results {
@@ -569,6 +577,7 @@ export interface Results {
     execute_text: Exchange;
     read_many: (number | null)[];
     stop_all: null;
+    jog: null;
     watch: null;
     set_rate: null;
     follow_log: null;

@@ -370,6 +370,11 @@ class World:
             self._overrides[number] = Constant(level)
         self._attach(number)
 
+    @property
+    def overridden(self) -> list[int]:
+        """Inputs that are held although they have a source."""
+        return sorted(self._overrides.keys() & self._sources.keys())
+
     def set_switch(self, motor: int, side: Side, active: bool | None) -> None:
         """Hold a switch line at a level, or let its switches work again."""
         self._line(motor, side).override = active

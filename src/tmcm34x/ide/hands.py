@@ -32,7 +32,7 @@ class Hands:
     def do(self, call: wire.SetBench) -> None:
         """Do one thing; refuses what the bench does not have."""
         world, index, value = self._world, call.index, call.value
-        count = INPUTS if call.what in {"input", "analog"} else MOTORS
+        count = INPUTS if call.what in {"input", "analog", "source"} else MOTORS
         if not 0 <= index < count:
             raise wire.RefusalError("range", f"The bench has no {call.what} {index}.")
         match call.what:
@@ -43,6 +43,8 @@ class Hands:
                 world.set_level(index, ANALOG_MAX if value else 0)
             case "analog":
                 world.set_level(index, max(0, min(ANALOG_MAX, round(value))))
+            case "source":
+                world.set_level(index, None)
             case "shutdown":
                 world.set_level(SHUTDOWN, ANALOG_MAX if value else 0)
             case "load":
@@ -65,7 +67,8 @@ class Hands:
         """What hangs on the module."""
         drivers = self._world.module.board.model.drivers is not None
         faults = [wire.FaultKind(row.name, row.meaning) for row in FAULTS.values()] if drivers else []
-        return wire.World([self._axis(motor) for motor in range(MOTORS)], faults, self._name)
+        axes = [self._axis(motor) for motor in range(MOTORS)]
+        return wire.World(axes, faults, self._name, self._world.overridden)
 
     def _axis(self, number: int) -> wire.AxisWorld:
         mount = self._world.mounts[number]

@@ -24,6 +24,7 @@ from tmcm34x.ide.exchange import (
     STOP_PROGRAM,
     stored,
 )
+from tmcm34x.ide.jogging import Jogging
 from tmcm34x.ide.virtual import Virtual
 from tmcm34x.ide.vocabulary import model_shape, tables
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS, PROGRAM_SIZE
@@ -51,6 +52,7 @@ class Hub:
         self.target = target
         self.telegrams = telegrams
         self.debugger = Debugger(target, workspace.folder)
+        self._jogging = Jogging(target)
         self.pages: set[Page] = set()
         self._show = show
         self._start = secrets.token_hex(8)
@@ -68,7 +70,8 @@ class Hub:
         self._spawn(self.debugger.run(self.tell, self._hurry))
 
     async def close(self) -> None:
-        """End; whatever must be saved is saved."""
+        """End; what a hand turned is stopped, whatever must be saved is saved."""
+        await self._jogging.close()
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -101,6 +104,7 @@ class Hub:
     def leave(self, page: Page) -> None:
         """A window closes."""
         self.pages.discard(page)
+        self._jogging.leave(page)
         self.tell(wire.Windows(len(self.pages)))
         self.watches_changed()
 
@@ -195,6 +199,7 @@ class Hub:
 
     async def _store(self, program: tuple[Instruction, ...]) -> None:
         marked = [*program, END_MARK] if len(program) < PROGRAM_SIZE else list(program)
+        await self._jogging.close()
         self._downloading, self._abort = True, False
         self._hush(True)
         try:
@@ -308,6 +313,11 @@ class Hub:
         await self.debugger.release()
         if any(exchange.status != Status.OK for exchange in exchanges):
             raise wire.RefusalError("module", f"Not everything stopped: {exchanges[-1].meaning}.")
+
+    async def _jog(self, page: Page, call: wire.Jog) -> None:
+        if self._downloading:
+            raise wire.RefusalError("busy", "A download is under way.")
+        await self._jogging.hold(page, call.motor, call.velocity)
 
     async def _watch(self, page: Page, call: wire.Watch) -> None:
         page.watches = call.items[:MAX_WATCHES]

@@ -359,6 +359,8 @@ class World(Shape):
     axes: list[AxisWorld]
     faults: list[FaultKind]
     bench: str
+    inputs: list[int]
+    """Inputs that a hand holds although the bench has a source for them."""
 
 
 class StoredValue(Shape):
@@ -483,6 +485,13 @@ class StopAll(Call, tag="stop_all"):
     """Stop the program and all motors, along their ramps."""
 
 
+class Jog(Call, tag="jog"):
+    """Turn a motor until its page says 0, has said nothing for a second, or is gone; to be said again and again."""
+
+    motor: int
+    velocity: int
+
+
 class Watch(Call, tag="watch"):
     """Parameters to be sent with this page's state frames."""
 
@@ -509,7 +518,8 @@ class FollowLog(Call, tag="follow_log"):
 class SetBench(Call, tag="set_bench"):
     """Change something on the virtual bench."""
 
-    what: Literal["left", "right", "input", "analog", "shutdown", "load", "fault", "line", "power"]
+    what: Literal["left", "right", "input", "analog", "source", "shutdown", "load", "fault", "line", "power"]
+    """`source` gives an input back to what the bench has for it."""
     index: int
     value: float
     fault: str = ""
@@ -560,7 +570,7 @@ class Ping(Call, tag="ping"):
 
 AnyCall = (
     ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile
-    | Assemble | Download | Upload | ControlProgram | Execute | ExecuteText | ReadMany | StopAll
+    | Assemble | Download | Upload | ControlProgram | Execute | ExecuteText | ReadMany | StopAll | Jog
     | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom
     | ExportSettings | ImportSettings | Ping
 )  # fmt: skip

@@ -231,3 +231,22 @@ def test_a_module_without_drivers_offers_no_loads(tmp_path: Path, chromium: Brow
     assert troubles == []
     page.context.close()
     ide.stop()
+
+
+def test_an_input_held_by_hand_is_given_back_to_the_bench(tmp_path: Path, chromium: Browser):
+    (tmp_path / "program.tmc").write_text(PROGRAM)
+    ide = Ide(tmp_path, "--bench", str(BENCHES / "joystick.toml"))
+    context = chromium.new_context()
+    page = context.new_page()
+    try:
+        page.goto(ide.url)
+        tab(page, "Bench")
+        level = page.get_by_role("textbox", name="Value of input 0")
+        level.fill("77")
+        level.press("Enter")
+        page.get_by_role("button", name="Give input 0 back to the bench").click()
+        expect(page.get_by_role("button", name="Give input 0 back to the bench")).to_have_count(0)
+        until(page, lambda: level.input_value() != "77")
+    finally:
+        context.close()
+        ide.stop()

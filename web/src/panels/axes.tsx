@@ -1,8 +1,8 @@
 // The three axes: what each motor does, and everything to move it by hand.
-import { effect, useComputed, useSignal, useSignalEffect } from "@preact/signals";
+import { useComputed, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { MOTOR_FLAGS, type AxisWorld, type Cam as CamPlace } from "../wire";
-import { axisParameter, figures, flag, motors, online, powered, send, setAxis, tables, welcome, world } from "../logic/app";
+import { ask, axisParameter, connection, figures, flag, motors, online, powered, send, setAxis, tables, welcome, world } from "../logic/app";
 import { parameters } from "../logic/parameters";
 import { remembered } from "../logic/settings";
 import { grouped, rate, rpm, short, type Scale } from "../logic/units";
@@ -25,27 +25,26 @@ export function scaleOf(motor: number): Scale {
 const jogSpeed = remembered<number[]>("jog", [400, 400, 400]);
 const moveTo = remembered<number[]>("move", [10000, 10000, 10000]);
 
-/** Motors that were let go while the server was away: they are stopped when it is back. */
-const owed = new Set<number>();
-effect(() => {
-    if (!online.value) return;
-    for (const motor of owed) void send("MST", 0, motor);
-    owed.clear();
-});
+/** The server stops a motor of whose button it has not heard for a second. */
+const AGAIN_MS = 250;
 
 /** Turns while it is held, with pointer or key; anything that ends the hold or the sight of it stops the motor. */
 function Jog({ motor, direction }: { motor: number; direction: -1 | 1 }) {
     const held = useSignal(false);
+    const timer = useRef(0);
+    const say = (velocity: number) => connection.call({ call: "jog", motor, velocity }).catch(() => {});
     const start = () => {
         if (held.value || !online.value) return;
         held.value = true;
-        void send(direction > 0 ? "ROR" : "ROL", 0, motor, jogSpeed.value[motor]!);
+        const velocity = direction * jogSpeed.value[motor]!;
+        void ask({ call: "jog", motor, velocity });
+        timer.current = window.setInterval(() => void say(velocity), AGAIN_MS);
     };
     const end = () => {
         if (!held.peek()) return;
         held.value = false;
-        if (online.peek()) void send("MST", 0, motor);
-        else owed.add(motor);
+        clearInterval(timer.current);
+        void say(0);
     };
     useEffect(() => {
         const ends = [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"]] as const;

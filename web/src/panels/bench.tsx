@@ -131,7 +131,10 @@ export function Bench() {
                 <div class="inputs">
                     {[0, 1, 2, 3, 4, 5, 6, 7].map((n) => (
                         <div class="input" key={n}>
-                            <span class="number-label">{n}</span>
+                            {world.value?.inputs.includes(n)
+                                ? <button class="tool number-label" aria-label={`Give input ${n} back to the bench`} title="Held by hand; a click gives it back to the bench"
+                                    onClick={() => set("source", n, 0)}><Icon name="undo" size={11} /></button>
+                                : <span class="number-label">{n}</span>}
                             <Switch label={`Input ${n}`} on={((state.inputs >> n) & 1) === 1} onChange={(on) => set("input", n, on ? 1 : 0)} />
                             <input type="range" min="0" max="1023" value={analog(n)} aria-label={`Level of input ${n}`}
                                 onInput={(event) => set("analog", n, Number(event.currentTarget.value))} />

@@ -74,7 +74,7 @@ export function Program() {
                                 <button class="tool" aria-label={`Remove breakpoint at line ${point.line}`} onClick={() => setBreakpoints(breakpoints.value.filter((other) => other !== point))}><Icon name="close" size={12} /></button>
                             </li>
                         );
-                    })}</ul> : <p class="muted note">Click left of a line number, or press F8. Right click for conditions.</p>}
+                    })}</ul> : <p class="muted note">Click left of a line number, or press F8. Right click or hold a finger there for conditions.</p>}
                 </>
             )}
             <h4>User variables <button class="link" onClick={() => (many.value = !many.value)}>{many.value ? "fewer" : "all"}</button></h4>
