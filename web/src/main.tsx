@@ -4,7 +4,7 @@ import { render } from "preact";
 import { Editor } from "./editor/editor";
 import { PROGRAM_FLAGS } from "./wire";
 import { action, perform, shownTheme } from "./logic/actions";
-import { can, connection, loaded, online, program, shownSeconds, tables, time, timePaused, welcome, windows } from "./logic/app";
+import { can, connection, held, loaded, online, shownProgram, shownSeconds, tables, time, timePaused, welcome, windows } from "./logic/app";
 import { languageServer } from "./editor/server";
 import { assembled, busy, changedSinceDownload } from "./logic/build";
 import { PAGES, active, activeTab, closeTab, documents, newFile, openFile, problemCount, restore, tabs, target, type PageName, type Tab } from "./logic/documents";
@@ -113,14 +113,14 @@ function PanelTabs<T extends string>({ panels, value, set, label }: { panels: Re
             {(Object.entries(panels) as [T, [string, unknown]][]).map(([name, [title]]) => (
                 <button key={name} role="tab" aria-selected={value === name} tabIndex={value === name || !value ? 0 : -1} class={value === name ? "on" : ""} onClick={() => set(name)}>
                     {title}{name === "problems" && errors + warnings > 0 && <span class={`badge ${errors ? "bad" : "warn"}`}>{errors || warnings}</span>}
-                    {name === "program" && program.value.paused === 1 && <span class="badge warn">held</span>}</button>
+                    {name === "program" && held.value && <span class="badge warn">held</span>}</button>
             ))}
         </div>
     );
 }
 
 function StatusBar() {
-    const { counter, state, paused, accumulator, x, flags } = program.value;
+    const { counter, state, paused, accumulator, x, flags } = shownProgram.value;
     const size = assembled.value.get(target.value)?.listing?.lines.length;
     return (
         <footer class="status-bar">

@@ -128,7 +128,7 @@ def test_a_jog_ends_with_whatever_ends_the_hold(page: Page, end: str):
 
 def test_a_motor_is_not_jogged_by_the_other_button(page: Page):
     page.get_by_role("button", name="Jog motor 1 left").click(button="right")
-    page.get_by_role("button", name="Jog motor 1 right").click()
+    page.get_by_role("button", name="Jog motor 1 right").click(delay=200)
     until(page, lambda: figure(page, 1, "position") > 0)
 
 

@@ -13,7 +13,7 @@ import {
 } from "@codemirror/view";
 import { computed, effect, signal, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { halted, loaded, program, tables, welcome } from "../logic/app";
+import { halted, held, loaded, program, running, tables, welcome } from "../logic/app";
 import { assembled } from "../logic/build";
 import { breakpoints, placeOf, setBreakpoints, type Breakpoint } from "../logic/debugger";
 import {
@@ -143,7 +143,7 @@ function View({ document }: { document: TextDocument }) {
 }
 
 const counter = computed(() => program.value.counter);
-const underWay = computed(() => program.value.state === 1 || program.value.paused === 1 || counter.value > 0);
+const underWay = computed(() => running.value || held.value || counter.value > 0);
 /** The line that the module executes, while it executes something; registers change far more often. */
 const executed = computed(() => (underWay.value ? loaded.value?.lines[counter.value] : undefined));
 
@@ -194,7 +194,6 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
     ];
 }
 
-const held = computed(() => program.value.paused === 1);
 /** The debugger held the program: bring its line into view, opening the file if needed. */
 effect(() => {
     if (!held.value) return;

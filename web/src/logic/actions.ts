@@ -2,7 +2,7 @@
 import { effect, signal } from "@preact/signals";
 import { find, toggleHere } from "../editor/editor";
 import { showHints } from "../editor/server";
-import { ask, can, online, program, send, stopAll, timePaused, welcome } from "./app";
+import { ask, can, held, inRoutine, online, running, send, stopAll, timePaused, welcome } from "./app";
 import { assemble, busy, download, run, upload } from "./build";
 import { go } from "./debugger";
 import {
@@ -27,8 +27,7 @@ const control = (action: ControlProgram["action"]) => () => ask({ call: "control
 const idle = (): boolean => online.value && opened.value && !busy.value;
 
 /** What F9 does: go on when the program is held or stopped in the middle, else start it. */
-const runOrContinue = () => (program.value.paused ? go("continue") : run());
-const running = (): boolean => program.value.state === 1 && !program.value.paused;
+const runOrContinue = () => (held.value ? go("continue") : run());
 
 export const ACTIONS: Action[] = [
     { id: "run", title: "Run", group: "Program", keys: ["F9"], icon: "play", enabled: idle,
@@ -36,17 +35,17 @@ export const ACTIONS: Action[] = [
     { id: "stop", title: "Stop", group: "Program", keys: ["Ctrl+F2"], icon: "stop", enabled: () => online.value,
         hint: "Stop the program; motors go on as they are", run: control("stop") },
     { id: "continue", title: "Continue", group: "Program", keys: ["Shift+F9"], icon: "continue",
-        enabled: () => idle() && !running(), hint: "Go on from where the program stands", run: () => go("continue") },
+        enabled: () => idle() && !running.value, hint: "Go on from where the program stands", run: () => go("continue") },
     { id: "pause", title: "Pause", group: "Program", keys: ["F2"], icon: "pause",
-        enabled: () => online.value && running(), hint: "Hold the program at its next instruction",
+        enabled: () => online.value && running.value, hint: "Hold the program at its next instruction",
         run: () => go("pause") },
     { id: "step", title: "Step", group: "Program", keys: ["F7"], icon: "step",
-        enabled: () => idle() && !running(), hint: "Execute one instruction", run: () => go("stepIn") },
+        enabled: () => idle() && !running.value, hint: "Execute one instruction", run: () => go("stepIn") },
     { id: "step_over", title: "Step over CSUB", group: "Program", keys: ["Shift+F7"], icon: "step-over",
-        enabled: () => idle() && !running(), hint: "Execute one instruction, a CSUB with all that it calls",
+        enabled: () => idle() && !running.value, hint: "Execute one instruction, a CSUB with all that it calls",
         run: () => go("next") },
     { id: "step_out", title: "Step out of CSUB", group: "Program", keys: ["Ctrl+F7"], icon: "step-out",
-        enabled: () => idle() && !running() && (program.value.depth > 0 || !can.value.debug),
+        enabled: () => idle() && !running.value && (inRoutine.value || !can.value.debug),
         hint: "Go on until the CSUB has returned", run: () => go("stepOut") },
     { id: "reset", title: "Reset", group: "Program", keys: ["Ctrl+Shift+F2"], icon: "reset",
         enabled: () => online.value, hint: "Stop, and go back to the first instruction", run: control("reset") },

@@ -37,6 +37,7 @@ export const motors = [0, 1, 2].map(() => signal<MotorState>(readMotor(empty, 0)
 /** The same for figures that people read: ten times a second is as fast as anybody can. */
 export const figures = [0, 1, 2].map((motor) => signal<MotorState>(motors[motor]!.peek()));
 export const shownSeconds = signal(0);
+export const shownProgram = signal<ProgramState>(program.peek());
 const READ_MS = 90;
 let readAt = 0;
 
@@ -47,6 +48,7 @@ function showFigures(): void {
         readAt = now;
         shownSeconds.value = clockSeconds.peek();
     }
+    if (due || !running.peek()) shownProgram.value = program.peek();
     motors.forEach((motor, at) => {
         if (due || motor.peek().speed === 0) figures[at]!.value = motor.peek();
     });
@@ -60,6 +62,11 @@ export const timePaused = computed(() => (time.value.flags & TIME_FLAGS.paused) 
 export const plugged = computed(() => (time.value.flags & TIME_FLAGS.plugged) !== 0);
 /** The program is held by the debugger or does not run: its place may be shown as the current line. */
 export const halted = computed(() => program.value.paused === 1 || program.value.state !== 1);
+/** The debugger holds the program where it may go on. */
+export const held = computed(() => program.value.paused === 1);
+export const running = computed(() => !halted.value);
+/** A CSUB is open. */
+export const inRoutine = computed(() => program.value.depth > 0);
 
 const takers: Record<string, (group: never) => void> = {
     time: (group: TimeState) => (time.value = group),
