@@ -545,3 +545,33 @@ def test_the_console_knows_every_mnemonic(file):
     for mnemonic in BY_MNEMONIC:
         response = editor.ask("evaluate", expression=f"{mnemonic} 0, 0, 0", context="repl")
         assert response["success"] or response["message"]
+
+
+def test_the_last_line_says_how_it_ended(file):
+    file.write_text("WAIT TICKS, 0, 3\nSTOP\n")
+    editor = launched(file)
+    editor.run()
+    assert editor.outputs().splitlines()[-1] == "The program has ended after 30 ms of the module's time."
+    file.write_text("SAP 4, 0, 5000\n")
+    editor = launched(file)
+    editor.do("setExceptionBreakpoints", filters=[])
+    editor.run()
+    last = editor.outputs().splitlines()[-1]
+    assert last.endswith(": the program ran past its end; is a STOP missing?")
+    file.write_text("Loop: JA Loop\n")
+    editor = launched(file)
+    editor.do("terminate")
+    assert editor.outputs().splitlines()[-1].startswith("The program was stopped after")
+
+
+def test_errors_of_values_are_shown_in_their_place_and_others_in_a_dialog(file):
+    editor = launched(file)
+    shown = {
+        command: editor.ask(command, **arguments)["body"]["error"]["showUser"]
+        for command, arguments in (
+            ("evaluate", {"expression": "nonsense"}),
+            ("setExpression", {"expression": "nonsense", "value": "1"}),
+            ("dance", {}),
+        )
+    }
+    assert shown == {"evaluate": False, "setExpression": False, "dance": True}

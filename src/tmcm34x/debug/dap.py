@@ -29,7 +29,7 @@ from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.inspection import Inspector
 from tmcm34x.debug.messages import RequestError
 from tmcm34x.debug.remote import RemoteSession
-from tmcm34x.debug.session import Listener, LiveSession, Session
+from tmcm34x.debug.session import Listener, LiveSession, Session, error_text
 from tmcm34x.debug.sources import Sources
 from tmcm34x.host import Connection, HostError
 from tmcm34x.host import Module as HostModule
@@ -54,6 +54,9 @@ _REASONS: Final = {
     "exception": "A command was refused",
     "end": "The program has stopped",
 }
+
+_SHOWN_IN_PLACE: Final = frozenset({"evaluate", "variables", "setVariable", "setExpression", "completions"})
+"""Requests whose errors editors show where the value would be: a dialog would only be in the way."""
 
 Send = Callable[[dict[str, Any]], None]
 TargetType = TypeVar("TargetType", bound=Target)
@@ -192,7 +195,8 @@ class Adapter:
         message["success"] = not error
         if error:
             message["message"] = error
-            body = {"error": {"id": 1, "format": error.replace("{", "(").replace("}", ")"), "showUser": True}}
+            text = error.replace("{", "(").replace("}", ")")
+            body = {"error": {"id": 1, "format": text, "showUser": command not in _SHOWN_IN_PLACE}}
         if body is not None:
             message["body"] = body
         self._emit(message)
@@ -282,8 +286,17 @@ class Adapter:
             failed = isinstance(target, Session) and target.program.last_error is not None
             if isinstance(target, Session):
                 target.running = False
+                self._output(self._epilogue(target))
             self._event("exited", exitCode=3 if failed else 0)
             self._event("terminated")
+
+    @staticmethod
+    def _epilogue(session: Session) -> str:
+        """What became of the program, in one line."""
+        error = session.program.last_error
+        ending = "was stopped" if session.program.active else "has ended"
+        text = f"The program {ending} after {session.rig.now / clock.MS:.0f} ms of the module's time"
+        return f"{text}." if error is None else f"{text}: {error_text(session.module, error)}"
 
     # Beginning
 
@@ -367,7 +380,8 @@ class Adapter:
             self._output(render(item, assembly.sources.get(place.file, ())), kind, self._at(place))
         if not assembly.ok:
             count = sum(item.severity == "error" for item in assembly.diagnostics)
-            raise RequestError(f"{path} has {count} error{'s' * (count > 1)}; they are in the debug console")
+            many = count > 1
+            raise RequestError(f"{path} has {count} error{'s' * many}, see the debug console")
         if not assembly.program:
             raise RequestError(f"{path} holds no program")
         self._sources.take(assembly, in_file=Path(assembly.file).exists())

@@ -188,7 +188,8 @@ class Inspector:
     def _disassembled(self, address: int, labels: Mapping[int, str]) -> dict[str, Any]:
         instruction = self._debuggee.instruction(address)
         if instruction is None:
-            return {"address": hex(max(0, address)), "instruction": "??", "presentationHint": "invalid"}
+            # Editors ask for rows before the first command, and want an address of its own for each.
+            return {"address": hex(address & 0xFFFFFFFF), "instruction": "??", "presentationHint": "invalid"}
         row: dict[str, Any] = {
             "address": hex(address),
             "instruction": format_instruction(instruction, labels),
