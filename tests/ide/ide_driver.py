@@ -221,7 +221,8 @@ def virtual(
     model: int = 343, *, speed: float = 1.0, eeprom: Eeprom | None = None
 ) -> tuple[Target, Telegrams]:
     telegrams = Telegrams()
-    return Virtual(Server(simple_rig(model, eeprom), speed=speed), telegrams, "bare motors", ""), telegrams
+    server = Server(simple_rig(model, eeprom), speed=speed, log=telegrams)
+    return Virtual(server, "bare motors", ""), telegrams
 
 
 @contextlib.asynccontextmanager

@@ -78,7 +78,7 @@ def test_a_taken_address_is_told_in_one_line():
     [
         (("--port", "/dev/null-and-void"), "/dev/null-and-void"),
         (("--port", "x", "--model", "341"), "--port"),
-        (("--listen", "here"), "HOST:PORT"),
+        (("--listen", "here"), "HOST:]PORT"),
         (("no-such-folder",), "no-such-folder"),
     ],
 )

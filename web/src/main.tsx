@@ -131,6 +131,7 @@ function StatusBar() {
             {welcome.value && changedSinceDownload() && <span class="pill warn" title="Run downloads the new text">module holds an older text</span>}
             {busy.value && <span class="pill">{busy.value}…</span>}
             <span class="gap" />
+            {welcome.value?.links.map((link) => <span key={link} class="mono" title="Other hosts reach the module here; their telegrams are in the log">{link}</span>)}
             {can.value.bench && <span title="Virtual seconds to a second, as reached">{reached}</span>}
             {size !== undefined && <span>{size} / {tables.value.program_size}</span>}
             <button class="link" onClick={() => (lowerPanel().value = "problems")}>{problemCount.value.errors} errors, {problemCount.value.warnings} warnings</button>

@@ -620,6 +620,7 @@ export interface Welcome {
     ability: Ability;
     tables: Tables;
     listing: Listing | null;
+    links: string[];
 }
 
 /** The folder's contents now. */

@@ -8,11 +8,11 @@ import signal
 import socket
 import webbrowser
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from tmcm34x.cli import CliError
+from tmcm34x.cli import CliError, link_options
 
 if TYPE_CHECKING:
     from tmcm34x.ide.target import Target
@@ -21,31 +21,17 @@ if TYPE_CHECKING:
 
 PORT: Final = 8343
 """What a browser remembers of the IDE (layout, theme, unsaved texts) belongs to its port."""
-LOOPBACK_HOST: Final = "127.0.0.1"
 
 
-class _Address(click.ParamType[tuple[str, int]]):
-    """`HOST:PORT` or `PORT`, with an IPv6 address in brackets."""
-
-    name = "HOST:PORT"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str, int]:
-        if isinstance(value, tuple):
-            return cast(tuple[str, int], value)
-        host, _, port = str(value).rpartition(":")
-        if not port.isdecimal() or int(port) > 65535:
-            self.fail(f"{value!r} is not HOST:PORT with a port of 0 to 65535", param, ctx)
-        return host.strip("[]") or LOOPBACK_HOST, int(port)
-
-
+_VIRTUAL: Final = ("bench", "model", "eeprom", "ptys", "tcps", "slcans", "buses")
+"""Options that say what a virtual module is."""
 _EXAMPLES = """\b
 Examples:
   tmcm34x ide examples
   tmcm34x ide conveyor.tmc --bench bench.toml
   tmcm34x ide --port /dev/ttyUSB0 --baud 9600
   tmcm34x ide --port tcp://127.0.0.1:17000
+  tmcm34x ide program.tmc --tcp 17000 --pty /tmp/tmcm343
 """
 
 
@@ -72,32 +58,33 @@ Examples:
 )
 @click.option(
     "--listen",
-    type=_Address(),
+    type=link_options.TcpAddress(),
     metavar="HOST:PORT",
     help=f"Where the browser finds the IDE; otherwise loopback and port {PORT}, or a free one where that is taken.",
 )
+@link_options.options
 @click.option("--no-browser", is_flag=True, help="Do not open a browser.")
 def command(paths: tuple[Path, ...], listen: tuple[str, int] | None, no_browser: bool, **options: Any) -> int:
     """The TMCL-IDE in the browser: editor, debugger, axes, plots and bench.
 
-    Without --port, on a virtual module.  Prints its address, token included, on a line of its own; the address
-    is good for this run only.
+    Without --port, on a virtual module, which other hosts may reach too by --pty, --tcp, --slcan and --can.
+    Prints its address, token included, on a line of its own; the address is good for this run only.
     """
-    if options["port"] and (options["bench"] or options["model"] or options["eeprom"]):
-        raise CliError("--port is a real module: --model, --bench and --eeprom are for virtual ones")
+    if options["port"] and any(options[name] for name in _VIRTUAL):
+        raise CliError("--port is a real module: --model, --bench, --eeprom and links are for virtual ones")
     if options["bench"] and options["model"]:
         raise CliError("the bench file says which model it is: leave --model away")
     listener = _bind_usual() if listen is None else _bind(*listen)
-    host = LOOPBACK_HOST if listen is None else listen[0]
+    host = link_options.LOOPBACK if listen is None else listen[0]
     return asyncio.run(_serve(paths, options, listener, host, no_browser))
 
 
 def _bind_usual() -> socket.socket:
     """The port of most starts, so that the browser finds again what it has remembered for it."""
     try:
-        return _bind(LOOPBACK_HOST, PORT)
+        return _bind(link_options.LOOPBACK, PORT)
     except CliError:
-        return _bind(LOOPBACK_HOST, 0)
+        return _bind(link_options.LOOPBACK, 0)
 
 
 def _bind(host: str, port: int) -> socket.socket:
@@ -138,6 +125,7 @@ async def _serve(
         loop.add_signal_handler(number, setattr, server, "should_exit", True)
     await hub.open()
     try:
+        hub.links = await _open_links(hub.target, options)
         click.echo(f"ready ide {url}")
         if not no_browser:
             await asyncio.to_thread(webbrowser.open, url)
@@ -145,6 +133,17 @@ async def _serve(
     finally:
         await hub.close()
     return 0
+
+
+async def _open_links(target: Target, options: dict[str, Any]) -> list[str]:
+    from tmcm34x.ide.virtual import Virtual
+
+    if not isinstance(target, Virtual):
+        return []
+    links = link_options.make_links(options)
+    return await link_options.open_links(
+        target.server, links, link_options.make_can_links(options, target.rig)
+    )
 
 
 def _target(options: dict[str, Any], telegrams: Telegrams) -> Target:
@@ -182,7 +181,7 @@ def _virtual(options: dict[str, Any], telegrams: Telegrams) -> Target:
     except (EepromFileError, EepromError, BenchError) as error:
         raise CliError(str(error)) from error
     stores = [] if file is None else [Store(rig.modules[0].eeprom, file, _report)]
-    return Virtual(Server(rig, stores=stores), telegrams, place, path or "")
+    return Virtual(Server(rig, stores=stores, log=telegrams), place, path or "")
 
 
 def _report(line: str) -> None:

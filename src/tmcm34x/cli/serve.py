@@ -15,43 +15,13 @@ import click
 
 from tmcm34x import clock
 from tmcm34x.bench import BenchError, Rig, simple_rig
-from tmcm34x.cli import CliError, FiniteRange, user_functions
+from tmcm34x.cli import CliError, FiniteRange, link_options, user_functions
 from tmcm34x.firmware.storage import Eeprom, EepromError
-from tmcm34x.links import CanLink, Link, LinkError
+from tmcm34x.links import CanLink, Link
 from tmcm34x.links.pty import PtyLink
-from tmcm34x.links.tcp import TcpLink
 from tmcm34x.server import EepromFile, EepromFileError, Server, Store, TelegramLog
 from tmcm34x.tmcl.datagram import Instruction
-from tmcm34x.tmcl.global_parameters import BAUD_RATES, CAN_BIT_RATES
-
-
-class _TcpAddress(click.ParamType[tuple[str, int]]):
-    """`[HOST:]PORT`, with an IPv6 address in brackets; loopback where no host is given."""
-
-    name = "[HOST:]PORT"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str, int]:
-        host, _, port = value.rpartition(":")
-        if not port.isdecimal() or int(port) > 65535:
-            self.fail(f"{value!r} is not [HOST:]PORT with a port of 0 to 65535", param, ctx)
-        return host.strip("[]") or "127.0.0.1", int(port)
-
-
-class _CanAddress(click.ParamType[tuple[str, str]]):
-    """`INTERFACE:CHANNEL`, as python-can names them."""
-
-    name = "INTERFACE:CHANNEL"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str, str]:
-        interface, _, channel = value.partition(":")
-        if not interface or not channel:
-            self.fail(f"{value!r} is not INTERFACE:CHANNEL", param, ctx)
-        return interface, channel
-
+from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
 MODELS = ("341", "342", "343")
 _BYTE = click.IntRange(0, 255)
@@ -74,43 +44,10 @@ Examples:
     metavar="FILE",
     help="Bench of one or more modules with what hangs on them, instead of one module with bare motors.",
 )
-@click.option(
-    "--pty",
-    "ptys",
-    multiple=True,
-    is_flag=False,
-    flag_value="",
-    metavar="[LINK]",
-    help="Pseudo terminal; LINK is a symbolic link to create and to remove at the end.",
-)
-@click.option(
-    "--tcp",
-    "tcps",
-    multiple=True,
-    type=_TcpAddress(),
-    metavar="[HOST:]PORT",
-    help="Telegrams over a socket, on loopback unless told otherwise; port 0 picks one.",
-)
+@link_options.options
 @click.option("--serial", "serials", multiple=True, metavar="DEVICE", help="A real serial port.")
 @click.option(
     "--baud", type=click.IntRange(1), default=BAUD_RATES[0], show_default=True, help="Its bits per second."
-)
-@click.option(
-    "--slcan",
-    "slcans",
-    multiple=True,
-    is_flag=False,
-    flag_value="",
-    metavar="[LINK]",
-    help="CAN adapter that speaks SLCAN on a pseudo terminal, with the modules on its bus; LINK as with --pty.",
-)
-@click.option(
-    "--can",
-    "buses",
-    multiple=True,
-    type=_CanAddress(),
-    metavar="INTERFACE:CHANNEL",
-    help="CAN bus that python-can knows, such as socketcan:can0, at the bit rate of the first module.",
 )
 @click.option("--any-address", is_flag=True, help="Take telegrams for any address, as a module on USB does.")
 @click.option(
@@ -176,28 +113,16 @@ def command(context: click.Context, **options: Any) -> int:
             any_address=options["any_address"],
             strict_baud=options["strict_baud"],
         )
-        return asyncio.run(_serve(server, _make_links(options), _make_can_links(options, rig)))
+        return asyncio.run(_serve(server, _make_links(options), link_options.make_can_links(options, rig)))
 
 
 def _make_links(options: dict[str, Any]) -> list[Link]:
-    links: list[Link] = [PtyLink(link or None) for link in options["ptys"]]
-    links += [TcpLink(host, port) for host, port in options["tcps"]]
+    links = link_options.make_links(options)
     if options["serials"]:
         from tmcm34x.links.serial import SerialLink
 
         links += [SerialLink(device, options["baud"]) for device in options["serials"]]
     return links if links or options["slcans"] or options["buses"] else [PtyLink()]
-
-
-def _make_can_links(options: dict[str, Any], rig: Rig) -> list[CanLink]:
-    from tmcm34x.links.can import CanBusLink
-    from tmcm34x.links.slcan import SlcanLink
-
-    bit_rate = CAN_BIT_RATES[rig.modules[0].eeprom.global_values[69]]
-    return [
-        *(SlcanLink(link or None, lambda: rig.now // clock.MS) for link in options["slcans"]),
-        *(CanBusLink(interface, channel, bit_rate) for interface, channel in options["buses"]),
-    ]
 
 
 def _build(
@@ -315,21 +240,14 @@ async def _serve(server: Server, links: list[Link], can_links: list[CanLink]) ->
     loop.set_exception_handler(
         lambda _, context: stop(context.get("exception", RuntimeError(context["message"])))
     )
-    if server.log is not None:
+    if isinstance(server.log, TelegramLog):
         server.log.lost = stop
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         loop.add_signal_handler(number, stop)
     try:
-        for link in links:
-            address = await server.open(link)
-            click.echo(f"ready {link.kind} {address}")
-        for link in can_links:
-            address = await server.open_can(link)
-            click.echo(f"ready {link.kind} {address}")
+        await link_options.open_links(server, links, can_links)
         gc.freeze()  # all of it lives as long as the process: no need to look for garbage in it
         await stopped
-    except LinkError as error:
-        raise CliError(str(error)) from error
     except BrokenPipeError:
         raise
     except OSError as error:

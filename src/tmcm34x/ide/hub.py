@@ -54,6 +54,8 @@ class Hub:
         self.debugger = Debugger(target, workspace.folder)
         self._jogging = Jogging(target)
         self.pages: set[Page] = set()
+        self.links: list[str] = []
+        """Kind and address of each line on which other hosts reach a virtual module."""
         self._show = show
         self._start = secrets.token_hex(8)
         self._files: list[wire.FileEntry] = []
@@ -127,6 +129,7 @@ class Hub:
             ability=target.ability,
             tables=tables(target.model.number),
             listing=self._listing,
+            links=self.links,
         )
 
     async def answer(self, page: Page, call: wire.Call) -> object:

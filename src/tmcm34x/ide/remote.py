@@ -192,9 +192,9 @@ class Remote:
         self._silent = 0
         return answered(instruction, sent, received)
 
-    def _note(self, inward: bool, data: bytes) -> None:
+    def _note(self, sent: bool, data: bytes) -> None:
         if self._link != POLL or self._telegrams.polls_wanted:
-            self._telegrams.add(self.now, self._link, inward, data)
+            self._telegrams.write(self.now, self._link, ">" if sent else "<", data)
 
     def _lose(self) -> None:
         if self._connection is not None:

@@ -26,7 +26,6 @@ from tmcm34x.tmcl.status import Status
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.ide.target import T, Tell
-    from tmcm34x.ide.telegrams import Telegrams
     from tmcm34x.links import Connect, Peer, Send
     from tmcm34x.server import Server
 
@@ -83,7 +82,7 @@ class Virtual:
     source: wire.Source = "virtual"
     line = 0
 
-    def __init__(self, server: Server, telegrams: Telegrams, place: str, memory_file: str) -> None:
+    def __init__(self, server: Server, place: str, memory_file: str) -> None:
         self.server = server
         self.rig: Rig = server.rig
         self.module = self.rig.modules[0]
@@ -95,7 +94,6 @@ class Virtual:
         self._session: LiveSession | None = None
         self.plugged = True
         self._memory_file = memory_file
-        self._telegrams = telegrams
         self._tell: Tell = lambda event: None
         self._desk = _Desk(self._take)
         self._lock = asyncio.Lock()
@@ -131,7 +129,6 @@ class Virtual:
                 return unanswered(instruction, sent, "no answer: the module has no power")
             self._received.clear()
             self._answer = asyncio.get_running_loop().create_future()
-            self._telegrams.add(self.rig.now, "IDE", True, sent)
             self._desk.write(sent)
             try:
                 received = await asyncio.wait_for(self._answer, self._patience(instruction))
@@ -172,7 +169,6 @@ class Virtual:
         while len(self._received) >= SIZE:
             telegram = bytes(self._received[:SIZE])
             del self._received[:SIZE]
-            self._telegrams.add(self.rig.now, "IDE", False, telegram)
             if telegram[2:4] == _EVENT:
                 self._tell(wire.Happened(self.rig.now, "target", -1, "targets reached"))
             elif self._answer is not None and not self._answer.done():

@@ -621,7 +621,8 @@ class Welcome(Event, tag="welcome"):
     tables: Tables
     listing: Listing | None
     """The program that was last downloaded through this server."""
-    """The program is held where the module refuses a command."""
+    links: list[str]
+    """Kind and address of each line on which other hosts reach a virtual module."""
 
 
 class FilesChanged(Event, tag="files_changed"):

@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING, Final
 from tmcm34x import clock
 from tmcm34x.links import BusPeer, CanLink, Link, Peer, Send, SendFrame
 from tmcm34x.server.pace import Pace
+from tmcm34x.server.telegram_log import LineLog, Sink
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.firmware.serial import SerialPort
     from tmcm34x.server.store import Store
-    from tmcm34x.server.telegram_log import TelegramLog
 
 SLICE_S: Final = 0.0002
 """Longest work on virtual time between two looks at the links."""
@@ -61,7 +61,7 @@ class Server:
         speed: float = 1.0,
         monotonic: Callable[[], float] = time.monotonic,
         stores: Sequence[Store] = (),
-        log: TelegramLog | None = None,
+        log: Sink | None = None,
         any_address: bool = False,
         strict_baud: bool = False,
     ) -> None:
@@ -214,7 +214,7 @@ class _Line:
     ) -> None:
         self._server = server
         self._pace = server.pace
-        self._log = server.log and server.log.line(name)
+        self._log = None if server.log is None else LineLog(server.log, name)
         self._send = send
         reply = send if self._log is None else self._log_and_send
         self._ports = [
@@ -287,7 +287,7 @@ class _Node:
 
     def __init__(self, bus: _Bus, name: str, send: SendFrame) -> None:
         self._bus = bus
-        self._log = bus.server.log and bus.server.log.line(name)
+        self._log = None if bus.server.log is None else LineLog(bus.server.log, name)
         self._send = send
 
     def receive(self, identifier: int, data: bytes, bit_rate: int | None) -> None:

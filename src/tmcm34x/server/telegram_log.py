@@ -1,17 +1,19 @@
-"""Telegrams as lines of text, for people.
+"""Telegrams that go over the lines: put together from chunks, explained, written down for people.
 
-A line: virtual time in seconds, link, direction (`>` to the module, `<` from it), bytes, meaning.  Bytes that make
-no telegram are shown as they came.
+A line of the text log: virtual time in seconds, link, direction (`>` to the module, `<` from it), bytes, meaning.
+Bytes that make no telegram are shown as they came.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final, TextIO
+from typing import Final, Literal, NamedTuple, Protocol, TextIO
 
 from tmcm34x import clock
+from tmcm34x.tmcl.commands import BY_NUMBER
 from tmcm34x.tmcl.datagram import (
     SIZE,
+    Instruction,
     Reply,
     unpack_can_reply,
     unpack_can_request,
@@ -19,11 +21,35 @@ from tmcm34x.tmcl.datagram import (
     unpack_request,
 )
 from tmcm34x.tmcl.mnemonic import format_instruction
-from tmcm34x.tmcl.status import STATUS_TEXTS
+from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 
 _WIDTH: Final = 3 * SIZE - 1
 GAP: Final = 5 * clock.MS
 """Bytes that come later than this after others belong to another telegram (fidelity WIRE-3)."""
+
+Direction = Literal[">", "<"]
+Kind = Literal["telegram", "frame", "text", "incomplete"]
+"""What bytes are: nine of a serial line, those of a CAN frame, of the ASCII interface, or too few."""
+
+
+class Meaning(NamedTuple):
+    """What bytes say.
+
+    address: of the module that a command is for or a reply comes from; None where none is told
+    status: of a reply that has one, else 0
+    """
+
+    text: str
+    address: int | None = None
+    status: int = 0
+
+
+class Sink(Protocol):
+    """Takes telegrams, one at a time."""
+
+    def write(self, now: float, name: str, direction: Direction, data: bytes, kind: Kind) -> None:
+        """Take one; `name` is the link's."""
+        ...
 
 
 class TelegramLog:
@@ -35,17 +61,17 @@ class TelegramLog:
         self.lost: Callable[[OSError], None] | None = None
         """Told when the stream takes no more; nothing is written from then on."""
 
-    def line(self, name: str) -> LineLog:
-        """The log of one client's line."""
-        return LineLog(self, name)
-
-    def write(self, now: int, name: str, direction: str, data: bytes, meaning: str) -> None:
+    def write(self, now: float, name: str, direction: Direction, data: bytes, kind: Kind) -> None:
         """Write one line."""
         if self._failed:
             return
-        seconds, dump = clock.seconds(now), data.hex(" ")
+        text, address, _ = explain(direction, data, kind)
+        if address is not None:
+            text = f"{'to' if direction == '>' else 'from'} {address}: {text}"
+        dump = data.hex(" ")
         try:
-            self._stream.write(f"{seconds:12.6f}  {name:<24} {direction}  {dump:<{_WIDTH}}  {meaning}\n")
+            line = f"{now / clock.HZ:12.6f}  {name:<24} {direction}  {dump:<{_WIDTH}}  {text}\n"
+            self._stream.write(line)
             self._stream.flush()
         except OSError as error:
             self._failed = True
@@ -54,15 +80,15 @@ class TelegramLog:
 
 
 class LineLog:
-    """Puts the chunks of one line together to telegrams."""
+    """Puts the chunks of the line `name` together to telegrams for `sink`."""
 
-    def __init__(self, log: TelegramLog, name: str) -> None:
-        self._log = log
+    def __init__(self, sink: Sink, name: str) -> None:
+        self._sink = sink
         self._name = name
-        self._partial = {">": bytearray(), "<": bytearray()}
-        self._last = {">": 0, "<": 0}
+        self._partial: dict[Direction, bytearray] = {">": bytearray(), "<": bytearray()}
+        self._last: dict[Direction, int] = {">": 0, "<": 0}
 
-    def add(self, now: int, direction: str, data: bytes, *, text: bool = False) -> None:
+    def add(self, now: int, direction: Direction, data: bytes, *, text: bool = False) -> None:
         """Take a chunk of bytes; `text` says that the line speaks ASCII."""
         partial = self._partial[direction]
         if partial and (text or now - self._last[direction] > GAP):
@@ -70,44 +96,70 @@ class LineLog:
             partial.clear()
         self._last[direction] = now
         if text:
-            self._write(now, direction, data, repr(data.decode("latin-1")))
+            self._write(now, direction, data, "text")
             return
         partial += data
         while len(partial) >= SIZE:
             telegram = bytes(partial[:SIZE])
             del partial[:SIZE]
-            self._write(now, direction, telegram, _explain(direction, telegram))
+            self._write(now, direction, telegram, "telegram")
 
-    def add_frame(self, now: int, direction: str, identifier: int, data: bytes) -> None:
+    def add_frame(self, now: int, direction: Direction, identifier: int, data: bytes) -> None:
         """Take a CAN frame."""
-        self._log.write(
-            now, f"{self._name} {identifier:03x}", direction, data, _explain_frame(direction, data)
-        )
+        self._sink.write(now, f"{self._name} {identifier:03x}", direction, data, "frame")
 
-    def _write(self, now: int, direction: str, data: bytes, meaning: str) -> None:
-        self._log.write(now, self._name, direction, data, meaning)
+    def _write(self, now: int, direction: Direction, data: bytes, kind: Kind) -> None:
+        self._sink.write(now, self._name, direction, data, kind)
 
 
-def _explain(direction: str, telegram: bytes) -> str:
+def explain(direction: Direction, data: bytes, kind: Kind) -> Meaning:
+    """What bytes to a module (`>`) or from one say."""
     try:
-        if direction == ">":
-            address, instruction = unpack_request(telegram)
-            return f"to {address}: {format_instruction(instruction)}"
-        reply = unpack_reply(telegram)
+        return _EXPLAIN[kind, direction](data)
     except ValueError:
-        return "no telegram"
-    return _explain_reply(reply)
+        return Meaning("no telegram")
 
 
-def _explain_frame(direction: str, data: bytes) -> str:
-    try:
-        if direction == ">":
-            return format_instruction(unpack_can_request(data))
-        return _explain_reply(unpack_can_reply(data))
-    except ValueError:
-        return "no telegram"
+def _request(data: bytes) -> Meaning:
+    address, instruction = unpack_request(data)
+    return Meaning(_command(instruction), address)
 
 
-def _explain_reply(reply: Reply) -> str:
-    text = STATUS_TEXTS.get(reply.status, "unknown status")
-    return f"from {reply.address}: {reply.status} {text}, value {reply.value}"
+def _command(instruction: Instruction) -> str:
+    row = BY_NUMBER.get(instruction.number)
+    if row is None or row.mnemonic:
+        return format_instruction(instruction)
+    return f"{instruction.number} {row.title}, {instruction.value}"
+
+
+def _reply(data: bytes) -> Meaning:
+    if len(data) == SIZE and data[1:4].isdigit() and data[4:5] in b"VB":
+        return Meaning(f"version {data[1:].decode('latin-1')}", None, Status.OK)
+    return _replied(unpack_reply(data))
+
+
+def _replied(reply: Reply) -> Meaning:
+    text = STATUS_TEXTS.get(reply.status)
+    if text is None:
+        return Meaning("a reply of its own form")
+    return Meaning(f"{reply.status} {text}, value {reply.value}", reply.address, reply.status)
+
+
+def _text(data: bytes) -> Meaning:
+    return Meaning(repr(data.decode("latin-1")))
+
+
+def _incomplete(_: bytes) -> Meaning:
+    return Meaning("incomplete")
+
+
+_EXPLAIN: Final[dict[tuple[Kind, Direction], Callable[[bytes], Meaning]]] = {
+    ("telegram", ">"): _request,
+    ("telegram", "<"): _reply,
+    ("frame", ">"): lambda data: Meaning(_command(unpack_can_request(data))),
+    ("frame", "<"): lambda data: _replied(unpack_can_reply(data)),
+    ("text", ">"): _text,
+    ("text", "<"): _text,
+    ("incomplete", ">"): _incomplete,
+    ("incomplete", "<"): _incomplete,
+}

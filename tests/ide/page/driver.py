@@ -37,8 +37,15 @@ class Ide:
             text=True,
         )
         assert self.process.stdout is not None
-        ready, kind, self.url = self.process.stdout.readline().split()
-        assert (ready, kind) == ("ready", "ide")
+        self.links: list[list[str]] = []
+        """Kind and address of lines for other hosts."""
+        while True:
+            ready, kind, address = self.process.stdout.readline().split()
+            assert ready == "ready"
+            if kind == "ide":
+                break
+            self.links.append([kind, address])
+        self.url = address
 
     def stop(self) -> None:
         self.process.terminate()
