@@ -112,7 +112,8 @@ export async function openFile(path: string, line = 0, column = 1): Promise<Text
 }
 
 /** A new page with a text that is nowhere on disk yet. */
-export function newFile(text = "", wish = "program"): TextDocument {
+export async function newFile(text = "", wish = "program"): Promise<TextDocument> {
+    await restored;
     let path = `${wish}.tmc`;
     const taken = (name: string) => documents.value.has(name) || files.value.some((file) => file.path === name);
     for (let n = 2; taken(path); n++) path = `${wish}${n}.tmc`;
@@ -229,6 +230,7 @@ export function screenTexts(): Record<string, string> {
 const lastStart = remembered("start", "");
 /** What was to be opened at first is open. */
 export const opened = signal(false);
+const restored = new Promise<void>((done) => effect(() => { if (opened.value) done(); }));
 
 /** At the first contact: what was open here before, drafts, and what the server was told to show. */
 export async function restore(): Promise<void> {
