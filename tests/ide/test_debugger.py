@@ -195,3 +195,22 @@ def test_a_message_that_is_none_closes_the_line_and_hurts_nobody(tmp_path):
             assert '"success":false' in str(await stranger.recv())
 
     _go(tmp_path, scenario)
+
+
+def test_a_window_may_leave_and_the_others_go_on(tmp_path):
+    async def scenario(ide, page, editor):
+        async with ide.debugger() as other:
+            await other.do("disconnect")
+        await _start(page)
+        await page.until(lambda: page.state["program"]["state"] == 1)
+        await editor.do("pause", threadId=1)
+        assert (await editor.event("stopped"))["reason"] == "pause"
+
+    _go(tmp_path, scenario)
+
+
+def test_an_empty_program_is_not_downloaded(tmp_path):
+    async def scenario(ide, page, editor):
+        assert await page.refusal(wire.Download("program.tmc")) == "empty"
+
+    _go(tmp_path, scenario, "// nothing yet\n")

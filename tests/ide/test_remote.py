@@ -140,7 +140,7 @@ def test_the_debugger_finds_the_module_again_on_a_new_line(tmp_path):
     async def scenario(bench, ide, page):
         async with ide.debugger() as editor:
             await page.event(wire.Link, lambda event: event.up)
-            await editor.do("stackTrace", threadId=1)
+            await editor.breakpoints("a.tmc", {"line": 2})
             port = int(bench.address.rpartition(":")[2])
             await asyncio.to_thread(bench.stop)
             await page.event(wire.Link, lambda event: not event.up)
@@ -150,10 +150,50 @@ def test_the_debugger_finds_the_module_again_on_a_new_line(tmp_path):
                 await page.event(wire.Link, lambda event: event.up)
                 await page.call(wire.Download("a.tmc"))
                 await editor.do("stepIn", threadId=1)
+                assert (await editor.event("tmcl_breakpoints"))["breakpoints"] == [{"line": 2}]
                 await editor.event("stopped")
                 assert again.rig.modules[0].program.counter == 1
             finally:
                 await asyncio.to_thread(again.stop)
+
+    _go(tmp_path, scenario)
+
+
+def test_a_download_has_the_line_to_itself(tmp_path):
+    (tmp_path / "a.tmc").write_text("WAIT TICKS, 0, 1\n" * 1500 + "STOP\n")
+
+    async def scenario(bench, ide, page):
+        async with ide.debugger() as editor:
+            await page.until(lambda: page.state.get("time"))
+            download = asyncio.create_task(page.call(wire.Download("a.tmc")))
+            await page.event(wire.Progress, lambda event: event.done > 0)
+            assert await page.refusal(wire.Download("a.tmc")) == "busy"
+            assert await page.refusal(wire.ExecuteText("ROR 0, 100")) == "busy"
+            assert await page.refusal(wire.Jog(0, 100)) == "busy"
+            assert await page.refusal(wire.ControlProgram("run")) == "busy"
+            assert "download" in await editor.fail("stepIn", threadId=1)
+            listing = (await download)["listing"]
+            await editor.do("stepIn", threadId=1)
+            await editor.event("stopped")
+        text = await page.call(wire.Upload())
+        again = await page.call(wire.Assemble("b.tmc", {"b.tmc": text}))
+        assert again["listing"]["identity"] == listing["identity"]
+
+    _go(tmp_path, scenario)
+
+
+def test_a_module_that_was_not_there_at_first_is_debugged_when_it_comes(tmp_path):
+    (tmp_path / "a.tmc").write_text(STEPS)
+
+    async def scenario(bench, ide, page):
+        async with ide.debugger() as editor:
+            await page.execute("SGP 255, 0, 1")
+            assert await editor.fail("stepIn", threadId=1)
+            await page.execute("SGP 255, 0, 0")
+            await page.event(wire.Link, lambda event: event.up)
+            await page.call(wire.Download("a.tmc"))
+            await editor.do("stepIn", threadId=1)
+            assert (await editor.event("stopped"))["reason"] == "step"
 
     _go(tmp_path, scenario)
 
