@@ -7,6 +7,7 @@ from tmcm34x.clock import MS, NEVER, run_until
 from tmcm34x.debug.control import Breakpoint
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.session import LiveSession, Session, Text, at_rest
+from tmcm34x.tmcl.mnemonic import parse_instruction
 from tmcm34x.toolchain.assembler import assemble
 
 
@@ -410,3 +411,26 @@ def test_a_step_is_over_when_a_host_takes_the_program():
     run_until(rig, 500 * MS)
     assert session.running
     assert not module.program.hooked
+
+
+@pytest.mark.parametrize("refused", ["SAP 4, 0, 9999", "CALC 99, 1", "GAP 250, 0"])
+def test_a_live_session_holds_right_after_the_refused_command(refused):
+    rig = simple_rig()
+    module = rig.modules[0]
+    program = [
+        parse_instruction("CALC ADD, 1"),
+        parse_instruction(refused),
+        *2 * [parse_instruction("CALC ADD, 1")],
+    ]
+    module.eeprom.write_program(program)
+    notes = Notes()
+    session = LiveSession(module, notes)
+    session.stop_on_errors = True
+    session.resume()
+    run_until(rig, 50 * MS)
+    assert [(stop.reason, stop.address) for stop in notes.stops] == [("exception", 1)]
+    assert (module.program.counter, module.program.accumulator) == (2, 1)
+    session.resume()
+    run_until(rig, 100 * MS)
+    session.look()
+    assert (notes.stops[-1].reason, module.program.accumulator) == ("exception", 3)

@@ -148,8 +148,10 @@ def test_a_refused_command_holds_the_program_when_asked(tmp_path):
         stopped = await editor.event("stopped")
         assert stopped["reason"] == "exception"
         assert "invalid value" in stopped["text"]
+        await page.until(lambda: page.state["program"]["paused"] == 1)
+        assert page.state["program"]["counter"] == 1
 
-    _go(tmp_path, scenario, "SAP 4, 7, 1\nSTOP\n", speed=0.01)
+    _go(tmp_path, scenario, "SAP 4, 7, 1\nSTOP\n")
 
 
 def test_expressions_are_evaluated_and_assigned(tmp_path):

@@ -316,6 +316,7 @@ class LiveSession(_Watcher):
         super().__init__(module, world, listener, text)
         self._going = self.program.active
         self._controls = self.program.controls
+        self.program.on_refusal = self._holds_after
 
     @property
     def stop(self) -> Stop | None:
@@ -368,7 +369,7 @@ class LiveSession(_Watcher):
         self.view.assign("counter", str(address))
 
     def look(self) -> None:
-        """Tell of what nothing else tells: refused commands, and that the program has stopped by itself."""
+        """Tell of what nothing else tells: that the program has stopped by itself, or somebody else has stopped it."""
         if self._controls != self.program.controls:
             self._controls = self.program.controls
             self._let_go()
@@ -379,6 +380,13 @@ class LiveSession(_Watcher):
         elif self._going and not self.program.active:
             self._let_go()
             self.listener.ended()
+
+    def _holds_after(self) -> bool:
+        """Whether to hold after the command that was just refused."""
+        stop = self._refused()
+        if stop is not None:
+            self._hold(stop)
+        return stop is not None
 
     def _let_go(self) -> None:
         """Whatever was under way is over."""

@@ -92,6 +92,8 @@ class Program:
         """Commands executed since power-on."""
         self.controls = 0
         """Times that somebody outside has started, stopped or reset the program."""
+        self.on_refusal: Callable[[], bool] | None = None
+        """Asked after a command was refused, with `last_error` telling which; true stops the program there."""
         self._hook: Callable[[int], bool] | None = None
         self._hooked_everywhere = False
         self._machine = Machine(self._read_instruction)
@@ -428,15 +430,20 @@ class Program:
         self._due = now + self._module.instruction_clocks
 
     def _refuse(self, address: int, status: Status, now: int) -> None:
-        self.last_error = ProgramError(address, status)
         self._go_on(address, now)
+        self._tell_refusal(address, status)
+
+    def _tell_refusal(self, address: int, status: Status) -> None:
+        self.last_error = ProgramError(address, status)
+        if self.on_refusal is not None and self.on_refusal():
+            self._halt()
 
     def _execute_command(self, instruction: Instruction, address: int, now: int) -> int | None:
         """Let the module execute a command; gives back the value read, if it reads one."""
         self._go_on(address, now)
         status, value = self._module.execute_in_program(instruction)
         if status != Status.OK:
-            self.last_error = ProgramError(address, Status(status))
+            self._tell_refusal(address, Status(status))
             return None
         if not _reads(instruction):
             return None
