@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from tmcm34x.cli import CliError, link_options
+from tmcm34x.cli import CliError, link_options, spare_the_collector
 
 if TYPE_CHECKING:
     from tmcm34x.ide.target import Target
@@ -126,6 +126,7 @@ async def _serve(
     await hub.open()
     try:
         hub.links = await _open_links(hub.target, options)
+        spare_the_collector()
         click.echo(f"ready ide {url}")
         if not no_browser:
             await asyncio.to_thread(webbrowser.open, url)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from tmcm34x.cli import CliError
+from tmcm34x.cli import CliError, spare_the_collector
 from tmcm34x.cli.source_files import include_option, model_option, read_text
 
 
@@ -30,6 +30,7 @@ def command(stdio: bool, tcp: str | None, include_path: tuple[Path, ...], model:
 
     # pygls warns of each question that an editor takes back after it was answered.
     logging.getLogger("pygls").setLevel(logging.ERROR)
+    spare_the_collector()
     folders = [str(folder.resolve()) for folder in include_path]
     if tcp is None:
         language_server.serve_stdio(read_text, folders, int(model))
