@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 
 from ide.ide_driver import running, virtual
+from tmcm34x.clock import HZ
 from tmcm34x.ide import wire
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -216,3 +217,20 @@ def test_an_empty_program_is_not_downloaded(tmp_path):
         assert await page.refusal(wire.Download("program.tmc")) == "empty"
 
     _go(tmp_path, scenario, "// nothing yet\n")
+
+
+def test_a_log_point_in_a_fast_loop_floods_nobody(tmp_path):
+    async def scenario(ide, page, editor):
+        await page.call(wire.Download("program.tmc"))
+        await editor.breakpoints("program.tmc", {"line": 1, "logMessage": "again"})
+        await page.call(wire.ControlProgram("run"))
+        more = await editor.event("output")
+        while "more messages" not in more["output"]:
+            more = await editor.event("output")
+        start = ide.virtual.rig.now
+        await editor.do("threads")
+        await page.until(lambda: ide.virtual.rig.now - start > 0.5 * HZ)
+        passed = 0.5 * HZ / ide.virtual.module.instruction_clocks / 2
+        assert len(editor.messages) < passed / 5
+
+    _go(tmp_path, scenario, "Loop: CALC ADD, 1\nJA Loop\n")

@@ -61,3 +61,27 @@ def test_what_no_motor_can_do_is_refused(tmp_path):
         assert await page.refusal(wire.Jog(0, 2048)) == "range"
 
     _go(tmp_path, scenario)
+
+
+def test_a_motor_that_cannot_be_told_to_stop_is_told_again_until_it_answers(tmp_path):
+    async def scenario(ide, page):
+        await page.call(wire.Jog(0, 400))
+        await _turns(page, 0, 400)
+        await page.call(wire.SetBench("line", 0, 0))
+        await page.call(wire.Jog(0, 0))
+        told = await page.event(wire.Output)
+        assert told.severity == "error"
+        assert "unplugged" in told.text
+        await page.call(wire.SetBench("line", 0, 1))
+        await _turns(page, 0, 0)
+        assert "is stopped" in (await page.event(wire.Output)).text
+
+    _go(tmp_path, scenario)
+
+
+def test_a_motor_that_does_not_hear_is_told_of(tmp_path):
+    async def scenario(ide, page):
+        await page.call(wire.SetBench("line", 0, 0))
+        assert await page.refusal(wire.Jog(0, 400)) == "module"
+
+    _go(tmp_path, scenario)

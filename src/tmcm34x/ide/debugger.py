@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 IDLE_S: Final = 0.1
 """Longest time between two looks at the program."""
+MESSAGES: Final = 10
+"""Most messages of log points that windows are sent in `IDLE_S`; the others are counted."""
 
 Message = dict[str, Any]
 Send = Callable[[Message], None]
@@ -93,6 +95,8 @@ class Debugger:
         self._lock = asyncio.Lock()
         self._attaching = False
         self._resting = False
+        self._messages = 0
+        """Messages of log points since the last look."""
         self._loop: asyncio.AbstractEventLoop | None = None
         self._wake = asyncio.Event()
         self._tell: Tell = lambda event: None
@@ -103,6 +107,7 @@ class Debugger:
         self._tell, self._hurry = tell, hurry
         self._loop = asyncio.get_running_loop()
         while True:
+            self._tell_of_more()
             pause_s = IDLE_S
             if self._adapter is not None and not self._resting:
                 pause_s = min(IDLE_S, await self._target.debug(self._adapter.work, polling=True))
@@ -215,6 +220,10 @@ class Debugger:
             self._moved(message["body"]["breakpoint"])
         if message["event"] == "terminated":
             self._adapter = None
+        if _is_logged(message):
+            self._messages += 1
+            if self._messages > MESSAGES:
+                return
         if not emission.attaching:
             self._mark(emission)
         if not emission.attaching or message["event"] == "output":
@@ -225,6 +234,12 @@ class Debugger:
             if window is not but:
                 window.take(message)
 
+    def _tell_of_more(self) -> None:
+        """Say how many messages of log points were left out."""
+        more, self._messages = self._messages - MESSAGES, 0
+        if more > 0:
+            self._send(_event("output", category="console", output=f"... and {more} more messages\n", line=0))
+
     def _mark(self, emission: _Emission) -> None:
         """What plots show, and what people wait for."""
         event, body = emission.message["event"], emission.message.get("body", {})
@@ -233,7 +248,7 @@ class Debugger:
             if emission.held_at is not None:
                 text = f"{body['reason']} at {emission.held_at}"
                 self._tell(wire.Happened(emission.now, "held", -1, text))
-        elif event == "output" and "line" in body:
+        elif _is_logged(emission.message):
             self._tell(wire.Happened(emission.now, "log", -1, body["output"].strip()))
 
     def _answered(self, emission: _Emission) -> None:
@@ -262,6 +277,11 @@ class Debugger:
             for at, known in enumerate(marks.placed):
                 if known["id"] == place["id"]:
                     marks.placed[at] = place
+
+
+def _is_logged(message: Mapping[str, Any]) -> bool:
+    """Whether it comes from a log point."""
+    return message["event"] == "output" and "line" in message["body"]
 
 
 def _event(name: str, **body: Any) -> Message:

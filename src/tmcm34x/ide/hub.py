@@ -52,7 +52,7 @@ class Hub:
         self.target = target
         self.telegrams = telegrams
         self.debugger = Debugger(target, workspace.folder)
-        self._jogging = Jogging(target)
+        self._jogging = Jogging(target, self.tell)
         self.pages: set[Page] = set()
         self.links: list[str] = []
         """Kind and address of each line on which other hosts reach a virtual module."""
@@ -74,6 +74,7 @@ class Hub:
     async def close(self) -> None:
         """End; what a hand turned is stopped, whatever must be saved is saved."""
         await self._jogging.close()
+        self._jogging.forget()
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -159,12 +160,12 @@ class Hub:
 
     async def _write_file(self, page: Page, call: wire.WriteFile) -> wire.FileEntry:
         entry = await asyncio.to_thread(self.workspace.write, call.path, call.text, call.stamp, call.newline)
-        await self._look_at_folder()
+        self._spawn(self._look_at_folder())  # after the answer: who wrote knows it first
         return entry
 
     async def _rename_file(self, page: Page, call: wire.RenameFile) -> None:
         await asyncio.to_thread(self.workspace.rename, call.path, call.to)
-        await self._look_at_folder()
+        self._spawn(self._look_at_folder())
 
     async def _delete_file(self, page: Page, call: wire.DeleteFile) -> None:
         await asyncio.to_thread(self.workspace.delete, call.path)
@@ -344,6 +345,7 @@ class Hub:
     async def _set_bench(self, page: Page, call: wire.SetBench) -> None:
         self._bench.set_bench(call)
         if call.what == "power":
+            self._jogging.forget()
             await self.debugger.release()
 
     async def _set_time(self, page: Page, call: wire.SetTime) -> None:
