@@ -60,3 +60,10 @@ test("a VCD file names its curves and tells changes only, negative numbers in tw
     assert.deepEqual(lines.slice(lines.indexOf("$enddefinitions $end") + 1),
         ["#0", "b1 !", "#1500", 'sleft_closed "', "#2000", `b${"1".repeat(32)} !`, ""]);
 });
+
+test("columns are arranged anew with their past", () => {
+    const samples = new Samples(4, 10);
+    samples.add([0, 1, 2, 3]);
+    samples.arrange(1, [1, -1, 0]);
+    assert.deepEqual([1, 2, 3].map((column) => samples.value(column, 0)), [2, NaN, 1]);
+});

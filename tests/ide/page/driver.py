@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from playwright.sync_api import Page
+from playwright.sync_api import Locator, Page
 
 from ide.front_end import built
 
@@ -91,3 +91,8 @@ def paste(page: Page, text: str) -> None:
         }""",
         text,
     )
+
+
+def shown(page: Page, path: str) -> Locator:
+    """The text of a file, once it is in front."""
+    return page.locator(f".code:not([hidden])[data-path='{path}'] .cm-content")

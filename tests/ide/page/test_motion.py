@@ -250,3 +250,11 @@ def test_an_input_held_by_hand_is_given_back_to_the_bench(tmp_path: Path, chromi
     finally:
         context.close()
         ide.stop()
+
+
+def test_stop_all_does_not_say_what_is_not_so(page: Page):
+    tab(page, "Bench")
+    page.get_by_role("button", name="Line", exact=True).click()
+    page.keyboard.press("F10")
+    expect(page.locator(".notice.error")).to_contain_text("Not everything stopped")
+    expect(page.locator(".notice", has_text="All motors stop")).to_have_count(0)

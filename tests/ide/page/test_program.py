@@ -6,7 +6,7 @@ import re
 
 from playwright.sync_api import Page, expect
 
-from ide.page.driver import Ide, figure, tab, until
+from ide.page.driver import Ide, figure, shown, tab, until
 
 
 def test_one_click_runs_the_program_and_another_stops_it(page: Page):
@@ -132,8 +132,7 @@ def test_a_change_from_outside_is_taken_or_asked_about(page: Page, ide: Ide):
 
 def test_a_new_program_is_written_saved_and_renamed(page: Page, ide: Ide):
     page.keyboard.press("Alt+n")
-    expect(page.get_by_role("tab", name="program2.tmc")).to_be_visible()
-    page.locator(".code:not([hidden]) .cm-content").click()
+    expect(shown(page, "program2.tmc")).to_be_focused()
     page.keyboard.type("STOP\n")
     page.keyboard.press("Control+s")
     expect(page.locator(".tab .dot")).to_have_count(0)
@@ -210,3 +209,86 @@ def test_a_symbol_is_followed_renamed_and_the_source_formatted(page: Page):
     page.keyboard.type("\nSAP ")
     page.keyboard.press("Control+Shift+Space")
     expect(page.locator(".cm-lsp-signature-tooltip")).to_contain_text("SAP")
+
+
+def test_a_refused_rename_changes_nothing(page: Page, ide: Ide):
+    (ide.folder / "other.tmc").write_text("STOP\n")
+    page.get_by_role("treeitem", name="other.tmc").click()
+    shown(page, "other.tmc").click()
+    page.keyboard.type("// not saved\n")
+    for _ in range(2):
+        page.get_by_role("treeitem", name="program.tmc").dblclick()
+        page.locator(".rename").fill("other.tmc")
+        page.locator(".rename").press("Enter")
+        expect(page.locator(".notice.error").last).to_contain_text("other.tmc is")
+    expect(page.get_by_role("tab", name="program.tmc")).to_have_count(1)
+    page.get_by_role("tab", name="other.tmc").click()
+    expect(page.locator(".code:not([hidden]) .cm-content")).to_contain_text("// not saved")
+
+
+def test_a_renamed_file_keeps_its_breakpoint_and_is_not_called_deleted(page: Page):
+    page.locator(".breakpoints .cm-gutterElement").nth(5).click()
+    page.get_by_role("treeitem", name="program.tmc").dblclick()
+    page.locator(".rename").fill("other.tmc")
+    page.locator(".rename").press("Enter")
+    expect(page.get_by_role("tab", name="other.tmc")).to_be_visible()
+    page.wait_for_timeout(1500)
+    expect(page.locator(".outside")).to_have_count(0)
+    expect(page.locator(".cm-gutters .breakpoint:visible")).to_have_count(1)
+
+
+def test_what_is_typed_while_a_save_is_under_way_stays(page: Page, ide: Ide):
+    content = page.locator(".code:not([hidden]) .cm-content")
+    content.press("Control+Home")
+    for n in range(6):
+        page.keyboard.type(f"// {n}\n")
+        page.keyboard.press("Control+s")
+        page.keyboard.press("Control+s")
+    page.keyboard.type("// last\n")
+    page.wait_for_timeout(1500)
+    expect(page.locator(".outside")).to_have_count(0)
+    page.keyboard.press("Control+s")
+    expect(page.locator(".tab .dot")).to_have_count(0)
+    lines = [*(f"// {n}" for n in range(6)), "// last", "// Two motors"]
+    assert (ide.folder / "program.tmc").read_text().splitlines()[:8] == lines
+
+
+def test_a_breakpoint_goes_with_its_line(page: Page):
+    page.locator(".breakpoints .cm-gutterElement").nth(5).click()
+    expect(page.locator(".cm-gutters .breakpoint:visible")).to_have_count(1)
+    page.locator(".cm-line", has_text="CSUB Rest").click()
+    page.keyboard.press("Home")
+    page.keyboard.press("Shift+ArrowUp")
+    page.keyboard.press("Shift+ArrowDown")
+    page.keyboard.press("Control+Shift+k")
+    expect(page.locator(".cm-gutters .breakpoint:visible")).to_have_count(0)
+    page.wait_for_timeout(600)
+    page.keyboard.press("F9")
+    expect(page.locator(".status-bar .pill").first).to_have_text("running")
+    page.wait_for_timeout(500)
+    expect(page.locator(".status-bar .pill").first).to_have_text("running")
+
+
+def test_each_window_keeps_its_own_unsaved_text(page: Page, ide: Ide):
+    other = page.context.new_page()
+    other.goto(ide.url)
+    expect(other.locator(".cm-content")).to_be_visible()
+    page.locator(".cm-content").press("Control+Home")
+    page.keyboard.type("// of the first\n")
+    page.wait_for_timeout(500)
+    page.close()
+    other.close()
+    again = other.context.new_page()
+    again.goto(ide.url)
+    expect(again.locator(".cm-content")).to_contain_text("// of the first")
+    again.keyboard.press("Alt+n")
+    expect(shown(again, "program2.tmc")).to_be_focused()
+    again.keyboard.type("// new")
+    expect(shown(again, "program2.tmc")).to_contain_text("// new")
+    again.wait_for_timeout(400)
+    again.keyboard.press("Alt+w")
+    expect(again.locator(".notice").last).to_contain_text("is kept")
+    again.keyboard.press("Alt+n")
+    expect(again.get_by_role("tab", name="program3.tmc")).to_be_visible()
+    again.reload()
+    expect(again.get_by_role("tab", name="program2.tmc")).to_be_visible()

@@ -15,7 +15,7 @@ import { computed, effect, signal, useSignal, useSignalEffect } from "@preact/si
 import { useEffect, useRef } from "preact/hooks";
 import { halted, held, loaded, program, running, tables, welcome } from "../logic/app";
 import { assembled } from "../logic/build";
-import { breakpoints, placeOf, setBreakpoints, type Breakpoint } from "../logic/debugger";
+import { breakpoints, carryBreakpoints as moveBreakpoints, placeOf, setBreakpoints, type Breakpoint } from "../logic/debugger";
 import {
     active, documents, goal, openFile, problems, reload, save, type TextDocument,
 } from "../logic/documents";
@@ -86,12 +86,8 @@ function carryBreakpoints(path: string, view: EditorView): void {
     if (!here.length) return;
     const now = breakpointsOf(view.state);
     if (now.length === here.length && now.every((point) => here.some((other) => other.line === point.line))) return;
-    const others = breakpoints.value.filter((point) => point.path !== path);
-    breakpoints.value = [...others, ...now.map(({ line, condition, hits, log }) => ({ path, line, condition, hits, log }))];
-    clearTimeout(carryTimer);
-    carryTimer = window.setTimeout(() => void setBreakpoints(breakpoints.value), 400);
+    moveBreakpoints(path, now.map(({ line, condition, hits, log }) => ({ path, line, condition, hits, log })));
 }
-let carryTimer = 0;
 
 function toDiagnostic(problem: Problem, state: EditorState): Diagnostic {
     const { doc } = state;

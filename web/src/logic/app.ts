@@ -138,16 +138,18 @@ export interface Notice {
     severity: Severity;
     text: string;
     action?: { title: string; run: () => void };
+    /** A later notice with the same key takes its place. */
+    key?: string;
 }
 export const notices = signal<Notice[]>([]);
 export const output = signal<{ severity: Severity; text: string; at: Date }[]>([]);
 let noticeId = 0;
 
-export function notify(severity: Severity, text: string, action?: Notice["action"]): void {
+export function notify(severity: Severity, text: string, action?: Notice["action"], key = ""): void {
     output.value = [...output.value.slice(-499), { severity, text, at: new Date() }];
     const id = ++noticeId;
-    const others = notices.value.filter((notice) => notice.text !== text).slice(-3);
-    notices.value = [...others, { id, severity, text, action }];
+    const others = notices.value.filter((notice) => notice.text !== text && (!key || notice.key !== key)).slice(-3);
+    notices.value = [...others, { id, severity, text, action, key }];
     if (severity !== "error") setTimeout(() => dismiss(id), action ? 15000 : 6000);
 }
 
@@ -201,14 +203,22 @@ export async function readAxis(key: string, motor: number): Promise<number | nul
 }
 
 export async function stopAll(): Promise<void> {
-    if ((await ask({ call: "stop_all" })) !== null || online.value) notify("information", "All motors stop.");
+    try {
+        await connection.call({ call: "stop_all" });
+        notify("information", "All motors stop.");
+    } catch (error) {
+        if (!(error instanceof RefusedError)) throw error;
+        notify("error", error.message);
+    }
 }
 
 // ------------------------------------------------------------------ watched parameters
 export const watches = remembered<Watched[]>("watches", []);
 const sendWatches = (): void => void connection.call({ call: "watch", items: watches.value }).catch(() => {});
 export function setWatches(items: Watched[]): void {
+    const before = watches.value;
     watches.value = items.slice(0, WATCH_SLOTS);
+    samples.arrange(WATCH_COLUMN, Array.from({ length: WATCH_SLOTS }, (_, slot) => before.indexOf(watches.value[slot]!)));
     watched.value = [];
     sendWatches();
 }

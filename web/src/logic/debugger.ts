@@ -72,8 +72,9 @@ const takers: Record<string, (body: never) => void> = {
         stopReason.value = body.reason;
         if (body.reason === "exception") notify("warning", `Held, refused by the module: ${body.text ?? ""}`);
     },
-    output: ({ category, output }: Dap.OutputEvent["body"]) =>
-        notify(category === "stderr" ? "error" : "information", output.trimEnd()),
+    // Log points may be passed often: they have one notice, and their lines are in the list of messages.
+    output: ({ category, output, line }: Dap.OutputEvent["body"]) =>
+        notify(category === "stderr" ? "error" : "information", output.trimEnd(), undefined, line === undefined ? "" : "log"),
     breakpoint: ({ breakpoint }: Dap.BreakpointEvent["body"]) => {
         const moved = [...placed.value].find(([, known]) => known.id === breakpoint.id);
         if (moved) placed.value = new Map(placed.value).set(moved[0], breakpoint);
@@ -103,6 +104,14 @@ export async function setBreakpoints(list: Breakpoint[]): Promise<void> {
     const before = breakpoints.value;
     breakpoints.value = list;
     await Promise.all([...new Set([...before, ...list].map((point) => point.path))].map(sendBreakpoints));
+}
+
+let carryTimer = 0;
+/** Breakpoints of a file have moved with their lines, or gone with them. */
+export function carryBreakpoints(path: string, points: Breakpoint[]): void {
+    breakpoints.value = [...breakpoints.value.filter((point) => point.path !== path), ...points];
+    clearTimeout(carryTimer);
+    carryTimer = window.setTimeout(() => void sendBreakpoints(path), 400);
 }
 
 async function sendBreakpoints(path: string): Promise<void> {

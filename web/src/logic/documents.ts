@@ -3,15 +3,12 @@ import { batch, computed, effect, signal } from "@preact/signals";
 import type { Problem } from "../wire";
 import { ask, connection, files, notify, onServerEvent, welcome } from "./app";
 import { RefusedError } from "./connection";
+import { breakpoints, setBreakpoints } from "./debugger";
+import { dropDraft, draftPaths, isDraft, keepDraft, takeDraft } from "./drafts";
 import { onPage } from "./layout";
-import { names, read, remembered, write } from "./settings";
+import { remembered } from "./settings";
 
 export type Outside = "changed" | "deleted" | null;
-
-interface Draft {
-    text: string;
-    stamp: string;
-}
 
 export class TextDocument {
     /** The text as on screen. */
@@ -24,6 +21,10 @@ export class TextDocument {
     newline: "\n" | "\r\n" = "\n";
     /** Puts a text on screen that did not come from the editor. */
     show: (text: string) => void = () => {};
+    /** The end of the last save that was begun: one follows the other. */
+    saving: Promise<unknown> = Promise.resolve();
+    /** It is being renamed: what the folder says meanwhile is not for it. */
+    moving = false;
     private draftTimer = 0;
 
     constructor(public path: string) {
@@ -46,18 +47,16 @@ export class TextDocument {
 
     keepDraft(): void {
         clearTimeout(this.draftTimer);
-        const draft: Draft | null = this.dirty.value ? { text: this.text.value, stamp: this.stamp } : null;
-        if (!write(draftName(this.path), draft) && draft)
+        if (!this.dirty.value) dropDraft(this.path);
+        else if (!keepDraft(this.path, this.text.value, this.stamp))
             notify("warning", "The browser's store is full: unsaved texts are kept only while this window is open.");
     }
 
     forgetDraft(): void {
         clearTimeout(this.draftTimer);
-        write(draftName(this.path), null);
+        dropDraft(this.path);
     }
 }
-
-const draftName = (path: string): string => `draft.${welcome.peek()?.folder ?? ""}\n${path}`;
 
 /** Pages in the main area that are not files. */
 export const PAGES = { parameters: "Parameters", tools: "Tools", listing: "Listing", guide: "Guide" } as const;
@@ -115,7 +114,8 @@ export async function openFile(path: string, line = 0, column = 1): Promise<Text
 export async function newFile(text = "", wish = "program"): Promise<TextDocument> {
     await restored;
     let path = `${wish}.tmc`;
-    const taken = (name: string) => documents.value.has(name) || files.value.some((file) => file.path === name);
+    const taken = (name: string) =>
+        documents.value.has(name) || isDraft(name) || files.value.some((file) => file.path === name);
     for (let n = 2; taken(path); n++) path = `${wish}${n}.tmc`;
     const document = new TextDocument(path);
     keep(document);
@@ -123,6 +123,7 @@ export async function newFile(text = "", wish = "program"): Promise<TextDocument
     batch(() => {
         tabs.value = [...tabs.value, { kind: "file", path }];
         active.value = path;
+        goal.value = { path, line: 1, column: 1 };
     });
     return document;
 }
@@ -132,7 +133,7 @@ function keep(document: TextDocument): void {
 }
 
 async function load(path: string): Promise<TextDocument | null> {
-    const draft = read<Draft>(draftName(path));
+    const draft = await takeDraft(path);
     try {
         const file = await connection.call({ call: "read_file", path });
         const document = new TextDocument(path);
@@ -155,7 +156,15 @@ async function load(path: string): Promise<TextDocument | null> {
     }
 }
 
-export async function save(document: TextDocument, force = false): Promise<boolean> {
+/** Save after what is being saved; what is on the disk already is not written again. */
+export function save(document: TextDocument, force = false): Promise<boolean> {
+    const saved = document.saving.then(() => writeFile(document, force));
+    document.saving = saved;
+    return saved;
+}
+
+async function writeFile(document: TextDocument, force: boolean): Promise<boolean> {
+    if (document.stamp && !document.dirty.value && !force) return true;
     try {
         const text = document.text.value;
         const stamp = force ? "*" : document.stamp;
@@ -165,7 +174,7 @@ export async function save(document: TextDocument, force = false): Promise<boole
         document.stamp = entry.stamp;
         document.saved.value = text;
         document.outside.value = null;
-        document.forgetDraft();
+        document.keepDraft();
         return true;
     } catch (error) {
         if (!(error instanceof RefusedError)) throw error;
@@ -187,22 +196,48 @@ export async function reload(document: TextDocument): Promise<void> {
     document.forgetDraft();
 }
 
+/** The file has another text on the disk: show it, unless something was typed. */
+async function refresh(document: TextDocument): Promise<void> {
+    await document.saving;
+    const before = document.text.value;
+    const file = await connection.call({ call: "read_file", path: document.path }).catch(() => null);
+    if (!file) return;
+    if (file.text === document.saved.value) document.stamp = file.stamp;
+    else if (document.dirty.value || document.text.value !== before) document.outside.value = "changed";
+    else {
+        document.newline = file.newline;
+        document.fill(file.text, file.text, file.stamp);
+    }
+}
+
 export async function rename(path: string, to: string): Promise<void> {
     const document = documents.value.get(path);
-    if (document?.stamp !== "" && (await ask({ call: "rename_file", path, to })) === null && !online()) return;
+    if (documents.value.has(to)) return notify("error", `${to} is open already.`);
+    if (document) document.moving = true;
+    try {
+        await document?.saving;
+        if (document?.stamp !== "") await connection.call({ call: "rename_file", path, to });
+        else if (files.value.some((file) => file.path === to)) throw new RefusedError("exists", `${to} is there already.`);
+    } catch (error) {
+        if (!(error instanceof RefusedError)) throw error;
+        return notify("error", error.message);
+    } finally {
+        if (document) document.moving = false;
+    }
     if (document) {
         document.forgetDraft();
         const map = new Map(documents.value);
         map.delete(path);
         document.path = to;
+        document.outside.value = null;
+        document.keepDraft();
         documents.value = map.set(to, document);
     }
     tabs.value = tabs.value.map((tab) => (tab.path === path ? { ...tab, path: to } : tab));
     if (active.value === path) active.value = to;
     if (mainFile.value === path) mainFile.value = to;
+    void setBreakpoints(breakpoints.value.map((point) => (point.path === path ? { ...point, path: to } : point)));
 }
-
-const online = (): boolean => connection.state.value === "open";
 
 /** Close a tab; unsaved text stays as a draft unless `discard`. */
 export function closeTab(key: string, discard = false): void {
@@ -211,6 +246,8 @@ export function closeTab(key: string, discard = false): void {
     const document = documents.value.get(key);
     if (document && discard) document.forgetDraft();
     else document?.keepDraft();
+    if (document?.dirty.value && !discard)
+        notify("information", `${key} is closed; its unsaved text is kept.`, { title: "Open again", run: () => void openFile(key) });
     tabs.value = tabs.value.filter((tab) => keyOf(tab) !== key);
     const map = new Map(documents.value);
     map.delete(key);
@@ -237,8 +274,7 @@ export async function restore(): Promise<void> {
     const known = tabs.value;
     const before = active.value;
     tabs.value = [];
-    const prefix = draftName("");
-    const drafts = names("draft.").filter((name) => name.startsWith(prefix)).map((name) => name.slice(prefix.length));
+    const drafts = await draftPaths();
     const listed = new Set((await ask({ call: "list_files" }))?.map((file) => file.path) ?? []);
     for (const tab of known) {
         if (tab.kind !== "file") tabs.value = [...tabs.value, tab];
@@ -257,12 +293,11 @@ onServerEvent((event) => {
     if (event.event !== "files_changed") return;
     const stamps = new Map(event.files.map((file) => [file.path, file.stamp]));
     for (const document of documents.value.values()) {
-        if (!document.stamp) continue;
+        if (!document.stamp || document.moving) continue;
         const stamp = stamps.get(document.path);
         if (stamp === undefined) document.outside.value = "deleted";
         else if (stamp === document.stamp) document.outside.value = null;
-        else if (document.dirty.value) document.outside.value = "changed";
-        else void reload(document);
+        else void refresh(document);
     }
 });
 

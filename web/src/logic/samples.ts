@@ -35,6 +35,15 @@ export class Samples {
         if (this.marks.length > 500) this.marks.splice(0, 100);
     }
 
+    /** Columns from `first` on get the values of others: `from[n]` counts from `first`, -1 is no values. */
+    arrange(first: number, from: number[]): void {
+        const before = this.columns.slice(first, first + from.length);
+        from.forEach((source, n) => {
+            this.columns[first + n] = before[source] ?? new Float64Array(this.capacity).fill(NaN);
+        });
+        this.version++;
+    }
+
     clear(): void {
         this.start = this.length = 0;
         this.marks.length = 0;
