@@ -114,3 +114,12 @@ def test_named_files_open_their_common_folder(tmp_path):
     assert workspace.folder == (tmp_path / "x").resolve()
     assert shown == ["a.tmc", "y/b.tmc"]
     assert Workspace.of([tmp_path / "x"])[1] == []
+
+
+def test_a_file_named_by_the_user_is_shown_and_saved_whatever_its_name_ends_in(tmp_path):
+    (tmp_path / "old.asm").write_text("STOP\n")
+    workspace, show = Workspace.of([tmp_path / "old.asm"])
+    assert show == ["old.asm"]
+    assert [entry.path for entry in workspace.files()] == ["old.asm"]
+    workspace.write("old.asm", "STOP // kept\n", workspace.read("old.asm").stamp, "\n")
+    assert (tmp_path / "old.asm").read_text() == "STOP // kept\n"

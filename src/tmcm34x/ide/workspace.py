@@ -28,8 +28,9 @@ OVERWRITE: Final = "*"
 class Workspace:
     """A folder."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, suffixes: frozenset[str] = SUFFIXES) -> None:
         self.folder = folder.resolve()
+        self._suffixes = suffixes
 
     @classmethod
     def of(cls, paths: Sequence[Path]) -> tuple[Workspace, list[str]]:
@@ -38,7 +39,8 @@ class Workspace:
             return cls(paths[0]), []
         files = [path.resolve() for path in paths if not path.is_dir()]
         folders = [path.parent for path in files] + [path.resolve() for path in paths if path.is_dir()]
-        workspace = cls(Path(os.path.commonpath(folders)) if folders else Path.cwd())
+        named = frozenset(path.suffix.lower() for path in files)
+        workspace = cls(Path(os.path.commonpath(folders)) if folders else Path.cwd(), SUFFIXES | named)
         return workspace, [path.relative_to(workspace.folder).as_posix() for path in files]
 
     def resolve(self, path: str) -> Path:
@@ -77,7 +79,7 @@ class Workspace:
                 self._walk(Path(entry.path), path + "/", entries)
                 if len(entries) == before + 1:
                     entries.pop()
-            elif Path(entry.name).suffix.lower() in SUFFIXES and not entry.name.startswith("."):
+            elif Path(entry.name).suffix.lower() in self._suffixes and not entry.name.startswith("."):
                 try:
                     entries.append(_entry(path, entry.stat()))
                 except OSError:
@@ -103,8 +105,7 @@ class Workspace:
     def write(self, path: str, text: str, stamp: str, newline: str) -> FileEntry:
         """Save a text, whole or not at all; refuses when the file is no longer the one of `stamp`."""
         file = self.resolve(path)
-        if file.suffix.lower() not in SUFFIXES:
-            raise RefusalError("kind", f"{path}: a name here ends in {', '.join(sorted(SUFFIXES))}.")
+        self._expect_suffix(file, path)
         data = text.replace("\r\n", "\n").replace("\n", newline).encode("utf-8", "replace")
         if len(data) > MAX_BYTES:
             raise RefusalError("size", f"{path} would be too long.")
@@ -112,6 +113,8 @@ class Workspace:
             if stamp != OVERWRITE and self._stamp(file) != stamp:
                 raise RefusalError("changed", f"{path} was changed outside.")
             file.parent.mkdir(parents=True, exist_ok=True)
+            if file.exists() and not os.access(file, os.W_OK):
+                raise RefusalError("file", f"{path} is read-only.")
             _replace(file, data)
             return _entry(path, file.stat())
         except OSError as error:
@@ -122,13 +125,16 @@ class Workspace:
         file, other = self.resolve(path), self.resolve(to)
         if other.exists():
             raise RefusalError("exists", f"{to} is there already.")
-        if other.suffix.lower() not in SUFFIXES:
-            raise RefusalError("kind", f"{to}: a name here ends in {', '.join(sorted(SUFFIXES))}.")
+        self._expect_suffix(other, to)
         try:
             other.parent.mkdir(parents=True, exist_ok=True)
             file.rename(other)
         except OSError as error:
             raise RefusalError("file", f"{path}: {error.strerror}") from error
+
+    def _expect_suffix(self, file: Path, path: str) -> None:
+        if file.suffix.lower() not in self._suffixes:
+            raise RefusalError("kind", f"{path}: a name here ends in {', '.join(sorted(self._suffixes))}.")
 
     def delete(self, path: str) -> None:
         """Remove a file."""

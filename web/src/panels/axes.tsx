@@ -247,6 +247,7 @@ function Axis({ motor }: { motor: number }) {
 
 async function zero(motor: number): Promise<void> {
     await send("MST", 0, motor);
+    for (let n = 0; n < 100 && motors[motor]!.peek().speed !== 0; n++) await new Promise((done) => setTimeout(done, 50));
     await setAxis("target_position", motor, 0);
     await setAxis("actual_position", motor, 0);
 }
