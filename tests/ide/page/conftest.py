@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 from websockets.sync.client import connect
 
-from ide.page.driver import PROGRAM, Ide
+from ide.page.driver import PROGRAM, Ide, OpenIde
 
 expect.set_options(timeout=10_000)
 FLAGS = (
@@ -87,20 +88,48 @@ def _is_answer(message: str | bytes, key: str, number: int) -> bool:
 
 
 @pytest.fixture
-def page(ide: Ide, chromium: Browser) -> Iterator[Page]:
+def window(chromium: Browser) -> Iterator[Callable[[str], Page]]:
+    """Call it with an address: the IDE's page there; none may stumble, or ask anybody but its server."""
     context = chromium.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True)
-    page = context.new_page()
-    page.set_default_timeout(10_000)
     troubles: list[str] = []
     foreign: list[str] = []
-    page.on("pageerror", lambda error: troubles.append(str(error)))
-    page.on("request", lambda request: foreign.append(request.url) if not _local(request.url) else None)
-    page.goto(ide.url)
-    expect(page.locator(".cm-content")).to_be_visible()
-    yield page
+
+    def show(url: str) -> Page:
+        page = context.new_page()
+        page.set_default_timeout(10_000)
+        page.on("pageerror", lambda error: troubles.append(str(error)))
+        page.on("request", lambda request: foreign.append(request.url) if not _local(request.url) else None)
+        page.goto(url)
+        expect(page.locator(".cm-content")).to_be_visible()
+        return page
+
+    yield show
     context.close()
     assert troubles == []
     assert foreign == []
+
+
+@pytest.fixture
+def page(ide: Ide, window: Callable[[str], Page]) -> Page:
+    return window(ide.url)
+
+
+@pytest.fixture
+def open_ide(tmp_path: Path, window: Callable[[str], Page]) -> Iterator[OpenIde]:
+    """Call it with options of `tmcm34x ide`: an IDE of its own, on PROGRAM where there is no program yet."""
+    opened: list[tuple[Page, Ide]] = []
+
+    def start(*options: str) -> tuple[Page, Ide]:
+        if not (tmp_path / "program.tmc").exists():
+            (tmp_path / "program.tmc").write_text(PROGRAM)
+        ide = Ide(tmp_path, *options)
+        opened.append((window(ide.url), ide))
+        return opened[-1]
+
+    yield start
+    for page, ide in opened:
+        page.close()
+        ide.stop()
 
 
 def _local(url: str) -> bool:

@@ -54,6 +54,9 @@ class Ide:
         self.process.wait(10)
 
 
+OpenIde = Callable[..., tuple[Page, Ide]]
+
+
 def figure(page: Page, motor: int, name: str) -> int:
     """A figure of a motor, as it is shown."""
     text = page.locator(f".axis.motor{motor} [data-figure={name}]").inner_text()
@@ -96,3 +99,10 @@ def paste(page: Page, text: str) -> None:
 def shown(page: Page, path: str) -> Locator:
     """The text of a file, once it is in front."""
     return page.locator(f".code:not([hidden])[data-path='{path}'] .cm-content")
+
+
+def drafted(page: Page, path: str) -> None:
+    """Wait until the browser has kept the unsaved text of a file."""
+    page.wait_for_function(
+        "path => Object.keys(localStorage).some((key) => key.includes(`\\n${path}\\n`))", arg=path
+    )

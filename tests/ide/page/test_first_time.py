@@ -5,50 +5,42 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import expect
 
-from ide.page.driver import Ide, figure, tab, until
+from ide.page.driver import OpenIde, figure, tab, until
 
 PROGRAM = Path(__file__).parents[3] / "examples" / "manual" / "5.2-first-program.tmc"
 
 
-def test_a_first_session_with_the_manual_s_program(tmp_path: Path, chromium: Browser):
+def test_a_first_session_with_the_manual_s_program(tmp_path: Path, open_ide: OpenIde):
     shutil.copy(PROGRAM, tmp_path / "program.tmc")
-    ide = Ide(tmp_path)
-    context = chromium.new_context(viewport={"width": 1280, "height": 720})
-    page = context.new_page()
-    page.set_default_timeout(10_000)
-    try:
-        page.goto(ide.url)
-        page.get_by_role("button", name="Run", exact=True).click()
-        until(page, lambda: figure(page, 0, "speed") == -500)
+    page, _ = open_ide()
+    page.get_by_role("button", name="Run", exact=True).click()
+    until(page, lambda: figure(page, 0, "speed") == -500)
 
-        page.get_by_role("button", name="STOP ALL").click()
-        until(page, lambda: figure(page, 0, "speed") == 0)
-        expect(page.locator(".status-bar .pill").first).to_have_text("stopped")
+    page.get_by_role("button", name="STOP ALL").click()
+    until(page, lambda: figure(page, 0, "speed") == 0)
+    expect(page.locator(".status-bar .pill").first).to_have_text("stopped")
 
-        page.locator(".cm-line", has_text="ROL").get_by_text("500", exact=True).dblclick()
-        page.keyboard.type("300")
-        page.get_by_role("button", name="Run", exact=True).click()
-        until(page, lambda: figure(page, 0, "speed") == -300)
+    page.locator(".cm-line", has_text="ROL").get_by_text("500", exact=True).dblclick()
+    page.keyboard.type("300")
+    page.get_by_role("button", name="Run", exact=True).click()
+    until(page, lambda: figure(page, 0, "speed") == -300)
 
-        page.get_by_label("Speed of time").select_option("10")
-        row = page.locator(".cm-line", has_text="MST   0").bounding_box()
-        gutter = page.locator(".breakpoints").bounding_box()
-        assert row and gutter
-        page.mouse.click(gutter["x"] + gutter["width"] / 2, row["y"] + row["height"] / 2)
-        expect(page.locator(".cm-line.execution.held")).to_contain_text("MST")
-        assert figure(page, 0, "speed") == -300
-        page.get_by_role("button", name="Step", exact=True).first.click()
-        expect(page.locator(".cm-line.execution.held")).to_contain_text("ROR")
-        until(page, lambda: figure(page, 0, "speed") == 0)
-        page.get_by_role("button", name="Step", exact=True).first.click()
-        until(page, lambda: figure(page, 1, "speed") == 250)
+    page.get_by_label("Speed of time").select_option("10")
+    row = page.locator(".cm-line", has_text="MST   0").bounding_box()
+    gutter = page.locator(".breakpoints").bounding_box()
+    assert row and gutter
+    page.mouse.click(gutter["x"] + gutter["width"] / 2, row["y"] + row["height"] / 2)
+    expect(page.locator(".cm-line.execution.held")).to_contain_text("MST")
+    assert figure(page, 0, "speed") == -300
+    page.get_by_role("button", name="Step", exact=True).first.click()
+    expect(page.locator(".cm-line.execution.held")).to_contain_text("ROR")
+    until(page, lambda: figure(page, 0, "speed") == 0)
+    page.get_by_role("button", name="Step", exact=True).first.click()
+    until(page, lambda: figure(page, 1, "speed") == 250)
 
-        tab(page, "Bench")
-        page.get_by_role("button", name="right switch of motor 1").click()
-        tab(page, "Axes")
-        until(page, lambda: figure(page, 1, "speed") == 0)
-    finally:
-        context.close()
-        ide.stop()
+    tab(page, "Bench")
+    page.get_by_role("button", name="right switch of motor 1").click()
+    tab(page, "Axes")
+    until(page, lambda: figure(page, 1, "speed") == 0)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, CDPSession, Page, expect
 
-from ide.page.driver import PROGRAM, Ide, figure, line, tab, until
+from ide.page.driver import Ide, OpenIde, figure, line, tab, until
 
 BENCHES = Path(__file__).parents[3] / "examples" / "benches"
 
@@ -176,19 +175,8 @@ def test_a_driver_fault_is_raised_and_shown(page: Page):
     expect(page.get_by_role("img", name="output 7 off")).to_be_in_viewport()
 
 
-@pytest.fixture
-def stage(tmp_path: Path, chromium: Browser) -> Iterator[Page]:
-    (tmp_path / "program.tmc").write_text(PROGRAM)
-    ide = Ide(tmp_path, "--bench", str(BENCHES / "xy-stage.toml"))
-    context = chromium.new_context(viewport={"width": 1280, "height": 720})
-    page = context.new_page()
-    page.goto(ide.url)
-    yield page
-    context.close()
-    ide.stop()
-
-
-def test_the_rail_of_a_machine_shows_its_ends_and_switches(stage: Page):
+def test_the_rail_of_a_machine_shows_its_ends_and_switches(open_ide: OpenIde):
+    stage, _ = open_ide("--bench", str(BENCHES / "xy-stage.toml"))
     axis = stage.locator(".axis.motor0")
     expect(axis.locator(".rail > span")).to_have_text(["\u2212158\u2009720", "363\u2009520"])
     expect(axis).to_contain_text("60.00 mm")
@@ -211,13 +199,8 @@ def test_an_unplugged_line_is_told_and_plugged_in_again(page: Page):
     expect(page.locator(".banner")).to_have_count(0)
 
 
-def test_a_module_without_drivers_offers_no_loads(tmp_path: Path, chromium: Browser):
-    (tmp_path / "program.tmc").write_text(PROGRAM)
-    ide = Ide(tmp_path, "--model", "342")
-    page = chromium.new_context(viewport={"width": 1280, "height": 720}).new_page()
-    troubles: list[str] = []
-    page.on("pageerror", lambda error: troubles.append(str(error)))
-    page.goto(ide.url)
+def test_a_module_without_drivers_offers_no_loads(open_ide: OpenIde):
+    page, _ = open_ide("--model", "342")
     expect(page.get_by_role("button", name="speed", exact=True)).to_be_visible()
     expect(page.get_by_role("button", name="load", exact=True)).to_have_count(0)
     expect(page.get_by_role("meter")).to_have_count(0)
@@ -228,28 +211,17 @@ def test_a_module_without_drivers_offers_no_loads(tmp_path: Path, chromium: Brow
     for tool in ("Stall detection", "Load profile"):
         page.get_by_role("button", name=tool).click()
         expect(page.locator(".tools")).to_contain_text("it cannot tell their load")
-    assert troubles == []
-    page.context.close()
-    ide.stop()
 
 
-def test_an_input_held_by_hand_is_given_back_to_the_bench(tmp_path: Path, chromium: Browser):
-    (tmp_path / "program.tmc").write_text(PROGRAM)
-    ide = Ide(tmp_path, "--bench", str(BENCHES / "joystick.toml"))
-    context = chromium.new_context()
-    page = context.new_page()
-    try:
-        page.goto(ide.url)
-        tab(page, "Bench")
-        level = page.get_by_role("textbox", name="Value of input 0")
-        level.fill("77")
-        level.press("Enter")
-        page.get_by_role("button", name="Give input 0 back to the bench").click()
-        expect(page.get_by_role("button", name="Give input 0 back to the bench")).to_have_count(0)
-        until(page, lambda: level.input_value() != "77")
-    finally:
-        context.close()
-        ide.stop()
+def test_an_input_held_by_hand_is_given_back_to_the_bench(open_ide: OpenIde):
+    page, _ = open_ide("--bench", str(BENCHES / "joystick.toml"))
+    tab(page, "Bench")
+    level = page.get_by_role("textbox", name="Value of input 0")
+    level.fill("77")
+    level.press("Enter")
+    page.get_by_role("button", name="Give input 0 back to the bench").click()
+    expect(page.get_by_role("button", name="Give input 0 back to the bench")).to_have_count(0)
+    until(page, lambda: level.input_value() != "77")
 
 
 def test_stop_all_does_not_say_what_is_not_so(page: Page):

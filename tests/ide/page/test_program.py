@@ -6,7 +6,7 @@ import re
 
 from playwright.sync_api import Page, expect
 
-from ide.page.driver import Ide, figure, shown, tab, until
+from ide.page.driver import Ide, drafted, figure, shown, tab, until
 
 
 def test_one_click_runs_the_program_and_another_stops_it(page: Page):
@@ -103,7 +103,7 @@ def test_unsaved_text_is_marked_saved_by_key_and_kept_over_a_reload(page: Page, 
     page.locator(".cm-content").press("Control+Home")
     page.keyboard.type("// hello\n")
     expect(page.locator(".tab .dot")).to_be_visible()
-    page.wait_for_timeout(500)
+    drafted(page, "program.tmc")
     page.reload()
     expect(page.locator(".cm-content")).to_contain_text("// hello")
     expect(page.locator(".tab .dot")).to_be_visible()
@@ -275,7 +275,7 @@ def test_each_window_keeps_its_own_unsaved_text(page: Page, ide: Ide):
     expect(other.locator(".cm-content")).to_be_visible()
     page.locator(".cm-content").press("Control+Home")
     page.keyboard.type("// of the first\n")
-    page.wait_for_timeout(500)
+    drafted(page, "program.tmc")
     page.close()
     other.close()
     again = other.context.new_page()
@@ -285,7 +285,7 @@ def test_each_window_keeps_its_own_unsaved_text(page: Page, ide: Ide):
     expect(shown(again, "program2.tmc")).to_be_focused()
     again.keyboard.type("// new")
     expect(shown(again, "program2.tmc")).to_contain_text("// new")
-    again.wait_for_timeout(400)
+    drafted(again, "program2.tmc")
     again.keyboard.press("Alt+w")
     expect(again.locator(".notice").last).to_contain_text("is kept")
     again.keyboard.press("Alt+n")

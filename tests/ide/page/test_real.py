@@ -4,42 +4,16 @@ from __future__ import annotations
 
 import re
 import subprocess
-from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
-import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import expect
 
-from ide.page.driver import COMMAND, PROGRAM, Ide, figure, line, tab, until
-
-Open = Callable[..., Page]
+from ide.page.driver import COMMAND, OpenIde, figure, line, tab, until
 
 
-@pytest.fixture
-def open_ide(tmp_path: Path, chromium: Browser) -> Iterator[Open]:
-    """Call it with a port: the page of an IDE on that module."""
-    (tmp_path / "program.tmc").write_text(PROGRAM)
-    ides: list[Ide] = []
-    context = chromium.new_context(viewport={"width": 1280, "height": 720})
-
-    def start(port: str) -> Page:
-        ides.append(Ide(tmp_path, "--port", port))
-        page = context.new_page()
-        page.set_default_timeout(10_000)
-        page.goto(ides[-1].url)
-        expect(page.locator(".cm-content")).to_be_visible()
-        return page
-
-    yield start
-    context.close()
-    for ide in ides:
-        ide.stop()
-
-
-def test_a_module_on_a_serial_line_runs_steps_and_stops(serve: Any, open_ide: Open):
+def test_a_module_on_a_serial_line_runs_steps_and_stops(serve: Any, open_ide: OpenIde):
     port = serve("--pty").pty
-    page = open_ide(port)
+    page, _ = open_ide("--port", port)
     expect(page.locator("header").first).to_contain_text("TMCM-343")
     page.keyboard.press("F9")
     expect(page.locator(".status-bar .pill").first).to_have_text("running")
@@ -71,9 +45,9 @@ def test_a_module_on_a_serial_line_runs_steps_and_stops(serve: Any, open_ide: Op
     assert "another program is using it" in result.stderr
 
 
-def test_a_pulled_plug_is_told_and_mended_and_the_text_stays(serve: Any, open_ide: Open):
+def test_a_pulled_plug_is_told_and_mended_and_the_text_stays(serve: Any, open_ide: OpenIde):
     served = serve("--tcp", "127.0.0.1:0")
-    page = open_ide(f"tcp://{served.tcp}")
+    page, _ = open_ide("--port", f"tcp://{served.tcp}")
     tab(page, "Direct mode")
     line(page, "GAP 4, 0")
     expect(page.locator(".answers .value").first).to_have_text("1000")
@@ -92,8 +66,8 @@ def test_a_pulled_plug_is_told_and_mended_and_the_text_stays(serve: Any, open_id
     expect(field).to_have_value("777")
 
 
-def test_a_module_s_settings_program_and_motion_are_reached_over_tcp(serve: Any, open_ide: Open):
-    page = open_ide(f"tcp://{serve('--model', '341', '--tcp', '127.0.0.1:0').tcp}")
+def test_a_module_s_settings_program_and_motion_are_reached_over_tcp(serve: Any, open_ide: OpenIde):
+    page, _ = open_ide("--port", f"tcp://{serve('--model', '341', '--tcp', '127.0.0.1:0').tcp}")
     expect(page.locator("header").first).to_contain_text("TMCM-341")
     page.keyboard.press("F6")
     expect(page.locator(".notice").first).to_contain_text("instructions are in the module")

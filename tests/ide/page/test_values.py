@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Page, expect
 
-from ide.page.driver import PROGRAM, Ide, figure, line, tab, until
+from ide.page.driver import OpenIde, figure, line, tab, until
 from tmcm34x.host import Connection
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
@@ -146,20 +146,12 @@ def test_a_coordinate_is_captured_and_gone_to(page: Page):
     until(page, lambda: figure(page, 2, "position") == 640)
 
 
-def test_the_log_shows_what_other_hosts_say(tmp_path: Path, chromium: Browser):
-    (tmp_path / "program.tmc").write_text(PROGRAM)
-    ide = Ide(tmp_path, "--tcp", "0")
-    context = chromium.new_context(viewport={"width": 1280, "height": 720})
-    page = context.new_page()
-    try:
-        page.goto(ide.url)
-        kind, address = ide.links[0]
-        expect(page.locator(".status-bar")).to_contain_text(f"{kind} {address}")
-        tab(page, "Telegrams")
-        with Connection.open(f"tcp://{address}") as connection:
-            connection.execute(parse_instruction("MVP ABS, 1, 4000"))
-        expect(page.locator(".telegram", has_text="MVP ABS, 1, 4000")).to_contain_text("tcp")
-        until(page, lambda: figure(page, 1, "position") == 4000)
-    finally:
-        context.close()
-        ide.stop()
+def test_the_log_shows_what_other_hosts_say(open_ide: OpenIde):
+    page, ide = open_ide("--tcp", "0")
+    kind, address = ide.links[0]
+    expect(page.locator(".status-bar")).to_contain_text(f"{kind} {address}")
+    tab(page, "Telegrams")
+    with Connection.open(f"tcp://{address}") as connection:
+        connection.execute(parse_instruction("MVP ABS, 1, 4000"))
+    expect(page.locator(".telegram", has_text="MVP ABS, 1, 4000")).to_contain_text("tcp")
+    until(page, lambda: figure(page, 1, "position") == 4000)
