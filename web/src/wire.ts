@@ -678,7 +678,7 @@ export interface Windows {
     count: number;
 }
 
-/** A line for people: what a log point or the server says. */
+/** A line for people from the server. */
 export interface Output {
     event: "output";
     severity: "error" | "hint" | "information" | "warning";

@@ -15,6 +15,7 @@ from typing import Any, Final
 import click
 
 from tmcm34x.cli import CliError
+from tmcm34x.cli.link_options import LOOPBACK, LOOPBACK_HOSTS
 from tmcm34x.cli.source_files import assemble_file, is_hex, read_image
 from tmcm34x.debug.dap import Adapter, Services
 from tmcm34x.debug.messages import Framing, FramingError, RequestError, frame
@@ -24,7 +25,6 @@ from tmcm34x.toolchain.disassembler import disassemble
 
 _READ_SIZE: Final = 65536
 _LONGEST_SLEEP_S: Final = 3600.0
-_LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "::1"})
 
 
 @click.command()
@@ -50,7 +50,7 @@ def command(listen: str | None) -> int:
 
 def _serve(listen: str) -> None:
     host, _, port = listen.rpartition(":")
-    host = host.strip("[]") or "127.0.0.1"
+    host = host.strip("[]") or LOOPBACK
     if not port.isdecimal() or int(port) > 65535:
         raise CliError(f"--listen {listen}: not HOST:PORT")
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
@@ -58,7 +58,7 @@ def _serve(listen: str) -> None:
         server = socket.create_server((host, int(port)), family=family)
     except OSError as error:
         raise CliError(f"--listen {listen}: {error.strerror or error}") from None
-    if host not in _LOOPBACK:
+    if host not in LOOPBACK_HOSTS:
         click.echo("whoever reaches this port can read your sources and run programs", err=True)
     with server:
         click.echo(f"ready dap {host}:{server.getsockname()[1]}")

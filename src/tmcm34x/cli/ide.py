@@ -114,7 +114,7 @@ async def _serve(
     workspace, show = Workspace.of(paths)
     telegrams = Telegrams()
     hub = Hub(workspace, _target(options, telegrams), telegrams, show)
-    loopback = host in {"127.0.0.1", "localhost", "::1"}
+    loopback = host in link_options.LOOPBACK_HOSTS
     application = Application(hub, token, [f"{name}:{port}" for name in LOOPBACK] if loopback else [])
     application.name_cookie(port)
     name = f"[{host}]" if ":" in host else host

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from tmcm34x.server import Server
 
 LOOPBACK: Final = "127.0.0.1"
+LOOPBACK_HOSTS: Final = frozenset({LOOPBACK, "localhost", "::1"})
+"""Hosts that nobody reaches from elsewhere."""
 
 
 class TcpAddress(click.ParamType[tuple[str, int]]):

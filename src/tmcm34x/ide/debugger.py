@@ -158,8 +158,10 @@ class Debugger:
         async with self._lock:
             if self._adapter is None or self._line != self._target.line:
                 self._attaching = True
-                await self._attach_anew(Adapter(self._emitted, self._services))
-                self._attaching = False
+                try:
+                    await self._attach_anew(Adapter(self._emitted, self._services))
+                finally:
+                    self._attaching = False
         return "" if self._adapter is not None else self._target.link.text or "the module does not answer"
 
     async def _attach_anew(self, adapter: Adapter) -> None:

@@ -681,7 +681,7 @@ class Windows(Event, tag="windows"):
 
 
 class Output(Event, tag="output"):
-    """A line for people: what a log point or the server says."""
+    """A line for people from the server."""
 
     severity: Severity
     text: str

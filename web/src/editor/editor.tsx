@@ -15,7 +15,7 @@ import { computed, effect, signal, useSignal, useSignalEffect } from "@preact/si
 import { useEffect, useRef } from "preact/hooks";
 import { halted, held, loaded, program, running, tables, welcome } from "../logic/app";
 import { assembled } from "../logic/build";
-import { breakpoints, carryBreakpoints as moveBreakpoints, placeOf, setBreakpoints, type Breakpoint } from "../logic/debugger";
+import { breakpoints, carryBreakpoints, placeOf, setBreakpoints, type Breakpoint } from "../logic/debugger";
 import {
     active, documents, goal, openFile, problems, reload, save, type TextDocument,
 } from "../logic/documents";
@@ -75,18 +75,18 @@ function extensions(document: TextDocument): Extension {
             if (!update.docChanged) return;
             if (!update.transactions.some((transaction) => transaction.annotation(fromOutside)))
                 document.text.value = update.state.doc.toString();
-            carryBreakpoints(document.path, update.view);
+            followEdits(document.path, update.view);
         }),
     ];
 }
 
 /** Breakpoints move with their lines while the text is edited. */
-function carryBreakpoints(path: string, view: EditorView): void {
+function followEdits(path: string, view: EditorView): void {
     const here = breakpoints.value.filter((point) => point.path === path);
     if (!here.length) return;
     const now = breakpointsOf(view.state);
     if (now.length === here.length && now.every((point) => here.some((other) => other.line === point.line))) return;
-    moveBreakpoints(path, now.map(({ line, condition, hits, log }) => ({ path, line, condition, hits, log })));
+    carryBreakpoints(path, now.map(({ line, condition, hits, log }) => ({ path, line, condition, hits, log })));
 }
 
 function toDiagnostic(problem: Problem, state: EditorState): Diagnostic {
