@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Final, Literal, NamedTuple, get_args
 
 import msgspec
 
-PROTOCOL: Final = 1
+PROTOCOL: Final = 2
 """Raised when a page built earlier would no longer understand the server."""
 
 MESSAGE_LIMIT: Final = 4 << 20
