@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
 from tmcm34x.bench import description as d
+from tmcm34x.bench.action import Action, Value
 from tmcm34x.bench.rig import FREE_SHAFT, BenchError, Happening, Rig
 from tmcm34x.bench.world import SHUTDOWN, Disc, Fitting, World
 from tmcm34x.board.board import Board
@@ -270,6 +271,18 @@ def _potentiometer(path: str, row: d.Position, world: World) -> signal.Source:
 # Events
 
 
+_OPERANDS: Final[Mapping[str, Callable[[d.Event], tuple[Value, ...]]]] = {
+    "fault": lambda event: (event.motor, event.fault, event.on),
+    "power": lambda event: (event.on,),
+    "unplug": lambda event: (event.motor, event.side, event.on),
+    "switch": lambda event: (event.motor, event.side, event.on),
+    "push": lambda event: (event.motor, event.value if event.on else 0.0),
+    "move": lambda event: (event.motor, event.value),
+    "level": lambda event: (INPUT_NUMBERS[event.input], int(event.value) if event.on else None),
+}
+"""Operands of the action that an event of a bench file stands for."""
+
+
 def _happening(path: str, number: int, event: d.Event, worlds: Sequence[World]) -> Happening:
     if event.module >= len(worlds):
         raise BenchError(f"{path}.module: there are {len(worlds)} modules")
@@ -278,13 +291,4 @@ def _happening(path: str, number: int, event: d.Event, worlds: Sequence[World]) 
         raise BenchError(f"{path}.fault: a {world.module.board.model.name} has no drivers")
     if event.do == "level" and not 0 <= event.value <= signal.MAX:
         raise BenchError(f"{path}.value: expected a level of 0..{signal.MAX}, got {event.value:g}")
-    do: dict[str, Callable[[], None]] = {
-        "fault": partial(world.set_fault, event.motor, event.fault, event.on),
-        "power": partial(world.set_power, event.on),
-        "unplug": partial(world.unplug, event.motor, event.side, event.on),
-        "switch": partial(world.set_switch, event.motor, event.side, event.on),
-        "push": partial(world.push, event.motor, event.value if event.on else 0.0),
-        "move": partial(world.move, event.motor, event.value),
-        "level": partial(world.set_level, INPUT_NUMBERS[event.input], int(event.value) if event.on else None),
-    }
-    return Happening(_ms(event.at_ms), number, do[event.do])
+    return Happening(_ms(event.at_ms), number, Action(event.do, event.module, _OPERANDS[event.do](event)))

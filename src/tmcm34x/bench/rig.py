@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from heapq import heapify, heappop
 from typing import Final, NamedTuple
 
+from tmcm34x.bench.action import Action, perform
 from tmcm34x.bench.world import Fitting, World
 from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
@@ -30,7 +31,7 @@ class Happening(NamedTuple):
 
     when: int
     number: int
-    do: Callable[[], None]
+    action: Action
 
 
 class Rig:
@@ -44,6 +45,8 @@ class Rig:
         self.worlds = tuple(worlds)
         self.modules = tuple(world.module for world in worlds)
         self.now = 0
+        self.on_action: list[Callable[[Action, int], None]] = []
+        """Called with each action from outside and its clock, after it was done."""
         self._happenings = list(happenings)
         heapify(self._happenings)
         self._settle()
@@ -62,8 +65,14 @@ class Rig:
             module.advance(now)
         self.now = now
         while self._happenings and self._happenings[0].when <= now:
-            heappop(self._happenings).do()
+            perform(self, heappop(self._happenings).action)
         self._settle()
+
+    def act(self, action: Action) -> None:
+        """Do something to the bench from outside, at the present clock; raises `ActionError`."""
+        perform(self, action)
+        for listener in self.on_action:
+            listener(action, self.now)
 
     def _settle(self) -> None:
         """Bring the worlds to the modules' clock; what one does may concern another."""
