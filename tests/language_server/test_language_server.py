@@ -13,7 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from tmcm34x.language_server import name_of, serve_messages, uri_of
+from tmcm34x.editor.language_server import name_of, uri_of
+from tmcm34x.editor.sessions import serve_messages
 
 URI = "file:///project/x.tmc"
 PROGRAM = "Speed = 500 // größer 𝄞\nGo:     ROR   0, Speed\n        JA    Go\n"

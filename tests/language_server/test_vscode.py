@@ -12,7 +12,7 @@ import pytest
 
 from tmcm34x.board.models import MODELS
 from tmcm34x.debug.messages import Attach, Launch
-from tmcm34x.language_server import TmclServer
+from tmcm34x.editor.language_server import TmclServer
 from tmcm34x.tmcl.commands import COMMANDS
 from tmcm34x.toolchain.assembler import assemble
 from tmcm34x.toolchain.expressions import FUNCTIONS

@@ -26,19 +26,19 @@ def command(stdio: bool, tcp: str | None, include_path: tuple[Path, ...], model:
     """Serve the Language Server Protocol for TMCL sources."""
     if stdio and tcp is not None:
         raise CliError("--stdio and --tcp exclude each other")
-    from tmcm34x import language_server
+    from tmcm34x.editor import sessions
 
     # pygls warns of each question that an editor takes back after it was answered.
     logging.getLogger("pygls").setLevel(logging.ERROR)
     spare_the_collector()
     folders = [str(folder.resolve()) for folder in include_path]
     if tcp is None:
-        language_server.serve_stdio(read_text, folders, int(model))
+        sessions.serve_stdio(read_text, folders, int(model))
         return
     host, _, port = tcp.rpartition(":")
     if not port.isdecimal() or int(port) > 65535:
         raise CliError(f"--tcp {tcp}: not HOST:PORT")
-    serving = language_server.serve_tcp(
+    serving = sessions.serve_tcp(
         host.strip("[]") or "127.0.0.1", int(port), read_text, folders, int(model), ready=_tell
     )
     try:

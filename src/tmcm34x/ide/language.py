@@ -67,7 +67,7 @@ class Language:
         asyncio.run(self._session())
 
     async def _session(self) -> None:
-        from tmcm34x.language_server import serve_messages
+        from tmcm34x.editor.sessions import serve_messages
 
         self._requests: asyncio.Queue[str | None] = asyncio.Queue()
         self._thread_loop = asyncio.get_running_loop()

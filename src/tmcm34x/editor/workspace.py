@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Final
 
-from tmcm34x.toolchain.analysis import Analysis
+from tmcm34x.editor.analysis.program import Analysis
 from tmcm34x.toolchain.assembler import assemble
 from tmcm34x.toolchain.linter import lint
 from tmcm34x.toolchain.parser import Line, parse_line

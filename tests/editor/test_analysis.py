@@ -4,13 +4,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tmcm34x.editor.analysis import actions, appearance, completions, hovers, names, values
+from tmcm34x.editor.analysis.appearance import TOKEN_TYPES
+from tmcm34x.editor.analysis.completions import cursor_at
+from tmcm34x.editor.analysis.program import Analysis, Place
+from tmcm34x.editor.workspace import Workspace
 from tmcm34x.tmcl.commands import COMMANDS
-from tmcm34x.toolchain.analysis import TOKEN_TYPES, Analysis, Place, cursor_at
 from tmcm34x.toolchain.assembler import assemble
 from tmcm34x.toolchain.formatter import format_source
 from tmcm34x.toolchain.linter import lint
 from tmcm34x.toolchain.tokens import split_lines
-from tmcm34x.toolchain.workspace import Workspace
 from toolchain.generators import SOURCES
 
 PROGRAM = """\
@@ -46,13 +49,13 @@ def at(text, mark="|"):
 
 def hover(marked, **options):
     text, place = at(marked)
-    found = analysis(text, **options).hover(place)
+    found = hovers.hover(analysis(text, **options), place)
     return found.text if found else ""
 
 
 def labels(marked, **options):
     text, place = at(marked)
-    return [item.label for item in analysis(text, **options).completions(place)]
+    return [item.label for item in completions.completions(analysis(text, **options), place)]
 
 
 def test_hover_over_a_command_tells_how_it_is_written_and_what_it_becomes():
@@ -145,39 +148,39 @@ def test_completion_offers_only_what_the_command_and_the_model_take():
 
 def test_parameters_are_found_by_their_keys_and_inserted_as_numbers():
     text, place = at("SAP |")
-    (item,) = [i for i in analysis(text).completions(place) if "max_speed" in i.filter]
+    (item,) = [i for i in completions.completions(analysis(text), place) if "max_speed" in i.filter]
     assert item.insert == "4"
     assert "Top speed" in item.documentation
 
 
 def test_the_signature_shows_the_operand_at_the_cursor():
     text, place = at("Go: SAP 4, |")
-    signature = analysis(text).signature(place)
+    signature = completions.signature(analysis(text), place)
     assert signature.label == "SAP <parameter>, <motor>, <value>"
     assert [label for label, _ in signature.parameters] == ["<parameter>", "<motor>", "<value>"]
     assert signature.active == 1
     for marked in ("|", "SAP|", "X = |", "SAP 1, 2, 3, |", "foo |"):
-        assert analysis(at(marked)[0]).signature(at(marked)[1]) is None
+        assert completions.signature(analysis(at(marked)[0]), at(marked)[1]) is None
 
 
 def test_names_lead_to_their_definition_and_references():
     program = analysis()
     use = Place("x.tmc", 9, 16)
-    assert program.definition(use)[1:] == (6, 1, 6)
-    assert [r.line for r in program.references(use)] == [6, 10, 12]
-    assert [r.line for r in program.references(use, definition=False)] == [10, 12]
-    assert program.definition(Place("x.tmc", 0, 5)) is None
-    assert program.references(Place("x.tmc", 0, 5)) == []
+    assert names.definition(program, use)[1:] == (6, 1, 6)
+    assert [r.line for r in names.references(program, use)] == [6, 10, 12]
+    assert [r.line for r in names.references(program, use, definition=False)] == [10, 12]
+    assert names.definition(program, Place("x.tmc", 0, 5)) is None
+    assert names.references(program, Place("x.tmc", 0, 5)) == []
 
 
 def test_a_label_called_like_a_command_is_no_command():
     program = analysis("Stop: STOP\nJA Stop")
-    assert len(program.references(Place("x.tmc", 0, 2))) == 2
-    assert program.references(Place("x.tmc", 0, 8)) == []
+    assert len(names.references(program, Place("x.tmc", 0, 2))) == 2
+    assert names.references(program, Place("x.tmc", 0, 8)) == []
 
 
 def test_renaming_changes_every_use_and_nothing_else():
-    edits = analysis().rename(Place("x.tmc", 2, 2), "Top")
+    edits = names.rename(analysis(), Place("x.tmc", 2, 2), "Top")
     assert [(e.location.line, e.location.column, e.text) for e in edits] == [
         (3, 1, "Top"),
         (6, 19, "Top"),
@@ -185,49 +188,51 @@ def test_renaming_changes_every_use_and_nothing_else():
     ]
     for name in ("1st", "", "a b", "Start", "Größe"):
         with pytest.raises(ValueError, match=r"."):
-            analysis().rename(Place("x.tmc", 2, 2), name)
+            names.rename(analysis(), Place("x.tmc", 2, 2), name)
     with pytest.raises(ValueError, match="no label or constant"):
-        analysis().rename(Place("x.tmc", 0, 3), "Top")
-    assert analysis().rename(Place("x.tmc", 2, 2), "SPEED")
+        names.rename(analysis(), Place("x.tmc", 0, 3), "Top")
+    assert names.rename(analysis(), Place("x.tmc", 2, 2), "SPEED")
 
 
 def test_the_outline_tells_labels_from_subroutines_and_where_they_end():
-    outline = analysis().outline("x.tmc")
+    outline = names.outline(analysis(), "x.tmc")
     assert [(e.symbol.name, e.is_subroutine, e.last_line) for e in outline] == [
         ("Speed", False, 3), ("Turn", False, 4), ("Start", False, 12), ("Sub", True, 16),
     ]  # fmt: skip
 
 
 def test_comments_constants_and_labels_fold():
-    folds = [(f.first, f.last, f.kind) for f in analysis().folds("x.tmc")]
+    folds = [(f.first, f.last, f.kind) for f in appearance.folds(analysis(), "x.tmc")]
     assert folds == [(0, 1, "comment"), (2, 3, "region"), (5, 11, "region"), (13, 15, "region")]
-    assert [f.kind for f in analysis("#include a\n#include b\n").folds("x.tmc")] == ["imports"]
+    assert [f.kind for f in appearance.folds(analysis("#include a\n#include b\n"), "x.tmc")] == ["imports"]
 
 
 def test_marked_regions_fold_within_each_other():
     text = "//endregion\nSTOP\n// #region a\nSTOP\n  //region b\nSTOP\n//endregion\nSTOP\n// #endregion\n// #region\n"
-    folds = [fold for fold in analysis(text).folds("x.tmc") if fold.kind == "region"]
+    folds = [fold for fold in appearance.folds(analysis(text), "x.tmc") if fold.kind == "region"]
     assert folds == [(2, 8, "region"), (4, 6, "region")]
-    assert analysis("// #regional\nSTOP\n// #endregion\n").folds("x.tmc") == []
+    assert appearance.folds(analysis("// #regional\nSTOP\n// #endregion\n"), "x.tmc") == []
 
 
 def test_words_are_coloured_by_their_meaning():
     text = "#include a.inc // x\nX=SIN(1)\nGo: MVP ABS, 0, X\nJA Go\n//! DATA 1,2,3,4\n"
     program = analysis(text)
     lines = text.split("\n")
-    words = [(lines[c.line][c.start : c.start + c.length], c.type) for c in program.colours("x.tmc")]
+    words = [
+        (lines[c.line][c.start : c.start + c.length], c.type) for c in appearance.colours(program, "x.tmc")
+    ]
     assert words == [
         ("#include", "macro"), ("a.inc", "string"), ("// x", "comment"), ("X", "variable"), ("=", "operator"),
         ("SIN", "method"), ("(", "operator"), ("1", "number"), (")", "operator"), ("Go", "function"),
         ("MVP", "keyword"), ("ABS", "enumMember"), ("0", "number"), ("X", "variable"), ("JA", "keyword"),
         ("Go", "function"), ("//! DATA 1,2,3,4", "macro"),
     ]  # fmt: skip
-    assert {c.line for c in program.colours("x.tmc", 2, 2)} == {2}
-    assert [c.start for c in program.colours("x.tmc", 2, 2) if c.definition] == [0]
+    assert {c.line for c in appearance.colours(program, "x.tmc", 2, 2)} == {2}
+    assert [c.start for c in appearance.colours(program, "x.tmc", 2, 2) if c.definition] == [0]
 
 
 def test_hints_show_addresses_parameter_names_and_physical_values():
-    hints = [(h.line, h.kind, h.text) for h in analysis().hints("x.tmc", 5, 9)]
+    hints = [(h.line, h.kind, h.text) for h in values.hints(analysis(), "x.tmc", 5, 9)]
     assert hints == [
         (5, "address", "0000"), (5, "parameter", "maximum positioning speed"), (5, "value", "119.2 steps/s"),
         (6, "address", "0001"), (6, "parameter", "pulse divisor"),
@@ -248,10 +253,10 @@ def apply(text, edits):
 def test_fixes_come_as_actions_and_rules_can_be_ignored():
     text = "MPV ABS, 0, 1\nROR 5, 9999 // fast\nSTOP"
     program = analysis(text)
-    assert [a.title for a in program.actions("x.tmc", 0, 0)] == ["Change to MVP"]
-    titles = [a.title for a in program.actions("x.tmc", 1, 1)]
+    assert [a.title for a in actions.actions(program, "x.tmc", 0, 0)] == ["Change to MVP"]
+    titles = [a.title for a in actions.actions(program, "x.tmc", 1, 1)]
     assert titles == ["Ignore W303 on this line", "Change 9999 to 2047", "Ignore W307 on this line"]
-    for action in program.actions("x.tmc", 0, 2):
+    for action in actions.actions(program, "x.tmc", 0, 2):
         before = [d.code for d in program.findings]
         after = [d.code for d in analysis(apply(text, action.edits)).findings]
         assert before.count(action.diagnostic.code) > after.count(action.diagnostic.code)
@@ -261,7 +266,7 @@ def test_ignoring_twice_makes_one_comment():
     text = "ROR 5, 9999\nSTOP"
     for _ in range(2):
         program = analysis(text)
-        action = next(a for a in program.actions("x.tmc", 0, 0) if a.title.startswith("Ignore"))
+        action = next(a for a in actions.actions(program, "x.tmc", 0, 0) if a.title.startswith("Ignore"))
         text = apply(text, action.edits)
     assert text == "ROR 5, 9999 // lint: ignore W303, W307\nSTOP"
     assert not analysis(text).findings
@@ -269,7 +274,7 @@ def test_ignoring_twice_makes_one_comment():
 
 def test_formatting_touches_only_the_lines_that_change():
     text = "        STOP\nja 0"
-    edits = analysis(text).format_edits("x.tmc")
+    edits = actions.format_edits(analysis(text), "x.tmc")
     assert len(edits) == 2
     assert apply(text, edits) == "        STOP\n        JA    0\n"
 
@@ -278,7 +283,7 @@ def test_formatting_touches_only_the_lines_that_change():
 @settings(max_examples=60, deadline=None)
 def test_format_edits_do_what_the_formatter_does(text):
     text = "\n".join(split_lines(text))
-    edits = analysis(text).format_edits("x.tmc")
+    edits = actions.format_edits(analysis(text), "x.tmc")
     assert split_lines(apply(text, edits)) == split_lines(format_source(text))
 
 
@@ -289,24 +294,24 @@ def test_every_question_has_an_answer_everywhere(text, data):
     lines = program.assembly.sources["x.tmc"]
     line = data.draw(st.integers(0, len(lines)))
     place = Place("x.tmc", line, data.draw(st.integers(0, len(lines[line]) + 1 if line < len(lines) else 3)))
-    program.hover(place)
-    program.completions(place)
-    program.signature(place)
-    program.definition(place)
+    hovers.hover(program, place)
+    completions.completions(program, place)
+    completions.signature(program, place)
+    names.definition(program, place)
     if program.symbol_at(place) is not None:
-        assert program.rename(place, "Quite_new_name")
-    program.hints("x.tmc", 0, len(lines))
-    for action in program.actions("x.tmc", 0, len(lines)):
+        assert names.rename(program, place, "Quite_new_name")
+    values.hints(program, "x.tmc", 0, len(lines))
+    for action in actions.actions(program, "x.tmc", 0, len(lines)):
         assert action.edits
     end = (0, 0)
-    for word in program.colours("x.tmc"):
+    for word in appearance.colours(program, "x.tmc"):
         assert (word.line, word.start) >= end
         assert word.type in TOKEN_TYPES
         assert word.length > 0
         end = (word.line, word.start + word.length)
-    for fold in program.folds("x.tmc"):
+    for fold in appearance.folds(program, "x.tmc"):
         assert 0 <= fold.first < fold.last <= len(lines)
-    for entry in program.outline("x.tmc"):
+    for entry in names.outline(program, "x.tmc"):
         assert entry.last_line >= entry.symbol.definition.line
     cursor_at(lines[line] if line < len(lines) else "", place.column)
 

@@ -1,8 +1,7 @@
-"""The language server: `toolchain.analysis` over the Language Server Protocol.
+"""The language server: `editor.analysis` over the Language Server Protocol.
 
 Thin on purpose: each method asks the analysis and turns characters into the client's units and back.  One
-`TmclServer` is one session with one client; `serve_stdio`, `serve_tcp` and `serve_messages` bring the messages,
-the last one for servers that have a connection of their own, such as the browser IDE.
+`TmclServer` is one session with one client; `editor.sessions` brings the messages.
 
 Options, from `initializationOptions` and from the section `tmcl` of the configuration: `model` (341, 342, 343),
 `includePath` (folders), `hints` (some of address, parameter, value).
@@ -15,22 +14,24 @@ Source: Language Server Protocol 3.17.
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import json
 import re
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any, Final, cast
 
 from lsprotocol import types
 from pygls import uris
-from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
+from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 
 from tmcm34x import __version__
-from tmcm34x.toolchain.analysis import TOKEN_TYPES, Analysis, Completion, HintKind, Place
+from tmcm34x.editor.analysis import actions, appearance, completions, hovers, names, values
+from tmcm34x.editor.analysis.appearance import TOKEN_TYPES
+from tmcm34x.editor.analysis.completions import Completion
+from tmcm34x.editor.analysis.program import Analysis, Place
+from tmcm34x.editor.analysis.values import HintKind
+from tmcm34x.editor.workspace import ReadFile, Workspace
 from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Location
-from tmcm34x.toolchain.workspace import ReadFile, Workspace
 
 SEVERITIES: Final = {
     "error": types.DiagnosticSeverity.Error,
@@ -59,7 +60,6 @@ _PAUSE_S: Final = 0.005
 """Changes that come closer together are judged once."""
 _MOST_DIAGNOSTICS: Final = 500
 """Of a file; rubbish pasted into an editor has no use for more."""
-_LARGEST_MESSAGE: Final = 64 * 1024 * 1024
 
 
 class TmclServer(LanguageServer):
@@ -186,7 +186,7 @@ class TmclServer(LanguageServer):
 
     def _hover(self, params: types.HoverParams) -> types.Hover | None:
         analysis, place = self._place(params)
-        hover = analysis.hover(place)
+        hover = hovers.hover(analysis, place)
         if hover is None:
             return None
         return types.Hover(_markdown(hover.text), self._range(analysis, hover.location))
@@ -196,12 +196,14 @@ class TmclServer(LanguageServer):
         word = _WORD.search(analysis.text(place.file, place.line)[: place.column])
         start = word.start() if word is not None else place.column
         written = self._range(analysis, Location(place.file, place.line + 1, start + 1, place.column + 1))
-        items = [_completion(item, n, written) for n, item in enumerate(analysis.completions(place))]
+        items = [
+            _completion(item, n, written) for n, item in enumerate(completions.completions(analysis, place))
+        ]
         return types.CompletionList(is_incomplete=False, items=items)
 
     def _signature(self, params: types.SignatureHelpParams) -> types.SignatureHelp | None:
         analysis, place = self._place(params)
-        signature = analysis.signature(place)
+        signature = completions.signature(analysis, place)
         if signature is None:
             return None
         parameters = [types.ParameterInformation(label, document) for label, document in signature.parameters]
@@ -213,17 +215,17 @@ class TmclServer(LanguageServer):
 
     def _definition(self, params: types.DefinitionParams) -> types.Location | None:
         analysis, place = self._place(params)
-        location = analysis.definition(place)
+        location = names.definition(analysis, place)
         return self._location(analysis, location) if location is not None else None
 
     def _references(self, params: types.ReferenceParams) -> list[types.Location]:
         analysis, place = self._place(params)
-        found = analysis.references(place, definition=params.context.include_declaration)
+        found = names.references(analysis, place, definition=params.context.include_declaration)
         return [self._location(analysis, location) for location in found]
 
     def _highlights(self, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
         analysis, place = self._place(params)
-        found = analysis.references(place)
+        found = names.references(analysis, place)
         here = (location for location in found if location.file == place.file)
         return [types.DocumentHighlight(self._range(analysis, location)) for location in here]
 
@@ -235,7 +237,7 @@ class TmclServer(LanguageServer):
     def _rename(self, params: types.RenameParams) -> types.WorkspaceEdit:
         analysis, place = self._place(params)
         try:
-            edits = analysis.rename(place, params.new_name)
+            edits = names.rename(analysis, place, params.new_name)
         except ValueError as error:
             raise JsonRpcInvalidParams(str(error)) from error
         return self._workspace_edit(analysis, edits)
@@ -243,7 +245,7 @@ class TmclServer(LanguageServer):
     def _symbols(self, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
         analysis, name = self._document(params)
         symbols: list[types.DocumentSymbol] = []
-        for entry in analysis.outline(name):
+        for entry in names.outline(analysis, name):
             symbol, place = entry.symbol, entry.symbol.definition
             end = len(analysis.text(name, entry.last_line - 1))
             whole = types.Range(
@@ -262,18 +264,21 @@ class TmclServer(LanguageServer):
 
     def _folds(self, params: types.FoldingRangeParams) -> list[types.FoldingRange]:
         analysis, name = self._document(params)
-        return [types.FoldingRange(f.first, f.last, kind=FOLD_KINDS[f.kind]) for f in analysis.folds(name)]
+        return [
+            types.FoldingRange(f.first, f.last, kind=FOLD_KINDS[f.kind])
+            for f in appearance.folds(analysis, name)
+        ]
 
     def _format(self, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
         analysis, name = self._document(params)
-        return [self._edit(analysis, edit) for edit in analysis.format_edits(name)]
+        return [self._edit(analysis, edit) for edit in actions.format_edits(analysis, name)]
 
     def _actions(self, params: types.CodeActionParams) -> list[types.CodeAction]:
         only = params.context.only
         if only and not {types.CodeActionKind.Empty, types.CodeActionKind.QuickFix} & set(only):
             return []
         analysis, name = self._document(params)
-        found = analysis.actions(name, params.range.start.line, params.range.end.line)
+        found = actions.actions(analysis, name, params.range.start.line, params.range.end.line)
         return [
             types.CodeAction(
                 action.title,
@@ -294,7 +299,7 @@ class TmclServer(LanguageServer):
             lines = (params.range.start.line, params.range.end.line)
         data: list[int] = []
         last_line = last_start = 0
-        for word in analysis.colours(name, *lines):
+        for word in appearance.colours(analysis, name, *lines):
             text = analysis.text(name, word.line)
             start = self._units(text, word.start)
             length = self._units(text, word.start + word.length) - start
@@ -313,7 +318,7 @@ class TmclServer(LanguageServer):
     def _inlay_hints(self, params: types.InlayHintParams) -> list[types.InlayHint]:
         analysis, name = self._document(params)
         hints: list[types.InlayHint] = []
-        for hint in analysis.hints(name, params.range.start.line, params.range.end.line):
+        for hint in values.hints(analysis, name, params.range.start.line, params.range.end.line):
             if hint.kind in self.hints:
                 at = self._position(analysis, name, hint.line, hint.column)
                 address = hint.kind == "address"
@@ -419,115 +424,3 @@ def _completion(item: Completion, number: int, place: types.Range) -> types.Comp
 def _mapping(value: object) -> dict[str, object]:
     """Options as a client sends them; anything else than an object counts as none."""
     return cast("dict[str, object]", value) if isinstance(value, dict) else {}
-
-
-# Sessions
-
-
-class _Writer:
-    """What pygls writes to: whole messages without a header, in order."""
-
-    def __init__(self) -> None:
-        self.messages: asyncio.Queue[str | None] = asyncio.Queue()
-
-    def write(self, data: bytes) -> None:
-        self.messages.put_nowait(data.decode())
-
-    def close(self) -> None:
-        self.messages.put_nowait(None)
-
-
-async def serve_messages(
-    received: AsyncIterator[str | bytes],
-    send: Callable[[str], Awaitable[object]],
-    read: ReadFile,
-    include_path: Sequence[str] = (),
-    model: int = 343,
-) -> None:
-    """One session over any connection that carries JSON-RPC texts; ends with `received` or at `exit`.
-
-    received: the client's messages, one text each
-    send: sends one message to the client
-    """
-    server = TmclServer(read, include_path, model)
-    writer = _Writer()
-    server.protocol.set_writer(writer, include_headers=False)
-
-    async def pump() -> None:
-        while (message := await writer.messages.get()) is not None:
-            await send(message)
-
-    pumping = asyncio.create_task(pump())
-    try:
-        async for text in received:
-            if not _handle(server, writer, text):
-                break
-    finally:
-        writer.close()
-        with contextlib.suppress(ConnectionError):
-            await pumping
-        server.shutdown()
-
-
-def _handle(server: TmclServer, writer: _Writer, text: str | bytes) -> bool:
-    """Gives one message to the server; tells whether the session goes on."""
-    protocol = server.protocol
-    try:
-        message = json.loads(text, object_hook=protocol.structure_message)
-    except (ValueError, RecursionError, JsonRpcException):
-        error = {"code": types.ErrorCodes.ParseError.value, "message": "not a message of the protocol"}
-        writer.write(json.dumps({"jsonrpc": "2.0", "id": None, "error": error}).encode())
-        return True
-    if getattr(message, "method", "") == types.EXIT:
-        return False
-    if hasattr(message, "jsonrpc"):
-        protocol.handle_message(message)
-    return True
-
-
-def serve_stdio(read: ReadFile, include_path: Sequence[str] = (), model: int = 343) -> None:
-    """One session over standard input and output; returns when it is over."""
-    TmclServer(read, include_path, model).start_io()
-
-
-async def serve_tcp(
-    host: str,
-    port: int,
-    read: ReadFile,
-    include_path: Sequence[str] = (),
-    model: int = 343,
-    *,
-    ready: Callable[[str, int], object] = lambda _host, _port: None,
-) -> None:
-    """Sessions with all clients that connect; `ready` is told the address, where port 0 picks one."""
-
-    async def session(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        async def send(text: str) -> None:
-            body = text.encode()
-            writer.write(b"Content-Length: %d\r\n\r\n%b" % (len(body), body))
-            await writer.drain()
-
-        try:
-            await serve_messages(_framed(reader), send, read, include_path, model)
-        finally:
-            writer.close()
-
-    server = await asyncio.start_server(session, host, port)
-    ready(*server.sockets[0].getsockname()[:2])
-    async with server:
-        await server.serve_forever()
-
-
-async def _framed(reader: asyncio.StreamReader) -> AsyncIterator[bytes]:
-    """The messages of a stream with headers; ends with the stream, and where it is none of ours."""
-    length = 0
-    with contextlib.suppress(asyncio.IncompleteReadError, ConnectionError, ValueError):
-        while line := await reader.readline():
-            name, _, value = line.partition(b":")
-            if name.lower() == b"content-length":
-                length = int(value)
-            elif not line.strip():
-                if not 0 < length <= _LARGEST_MESSAGE:
-                    return
-                yield await reader.readexactly(length)
-                length = 0

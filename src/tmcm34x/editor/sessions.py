@@ -1,0 +1,130 @@
+"""Sessions of the language server: over any connection of messages, over standard input and output, over TCP.
+
+Source: Language Server Protocol 3.17, base protocol.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from typing import Final
+
+from lsprotocol import types
+from pygls.exceptions import JsonRpcException
+
+from tmcm34x.editor.language_server import TmclServer
+from tmcm34x.editor.workspace import ReadFile
+
+_LARGEST_MESSAGE: Final = 64 * 1024 * 1024
+"""Bytes."""
+
+
+class _Writer:
+    """What pygls writes to: whole messages without a header, in order."""
+
+    def __init__(self) -> None:
+        self.messages: asyncio.Queue[str | None] = asyncio.Queue()
+
+    def write(self, data: bytes) -> None:
+        self.messages.put_nowait(data.decode())
+
+    def close(self) -> None:
+        self.messages.put_nowait(None)
+
+
+async def serve_messages(
+    received: AsyncIterator[str | bytes],
+    send: Callable[[str], Awaitable[object]],
+    read: ReadFile,
+    include_path: Sequence[str] = (),
+    model: int = 343,
+) -> None:
+    """One session over any connection that carries JSON-RPC texts; ends with `received` or at `exit`.
+
+    received: the client's messages, one text each
+    send: sends one message to the client
+    """
+    server = TmclServer(read, include_path, model)
+    writer = _Writer()
+    server.protocol.set_writer(writer, include_headers=False)
+
+    async def pump() -> None:
+        while (message := await writer.messages.get()) is not None:
+            await send(message)
+
+    pumping = asyncio.create_task(pump())
+    try:
+        async for text in received:
+            if not _handle(server, writer, text):
+                break
+    finally:
+        writer.close()
+        with contextlib.suppress(ConnectionError):
+            await pumping
+        server.shutdown()
+
+
+def _handle(server: TmclServer, writer: _Writer, text: str | bytes) -> bool:
+    """Gives one message to the server; tells whether the session goes on."""
+    protocol = server.protocol
+    try:
+        message = json.loads(text, object_hook=protocol.structure_message)
+    except (ValueError, RecursionError, JsonRpcException):
+        error = {"code": types.ErrorCodes.ParseError.value, "message": "not a message of the protocol"}
+        writer.write(json.dumps({"jsonrpc": "2.0", "id": None, "error": error}).encode())
+        return True
+    if getattr(message, "method", "") == types.EXIT:
+        return False
+    if hasattr(message, "jsonrpc"):
+        protocol.handle_message(message)
+    return True
+
+
+def serve_stdio(read: ReadFile, include_path: Sequence[str] = (), model: int = 343) -> None:
+    """One session over standard input and output; returns when it is over."""
+    TmclServer(read, include_path, model).start_io()
+
+
+async def serve_tcp(
+    host: str,
+    port: int,
+    read: ReadFile,
+    include_path: Sequence[str] = (),
+    model: int = 343,
+    *,
+    ready: Callable[[str, int], object] = lambda _host, _port: None,
+) -> None:
+    """Sessions with all clients that connect; `ready` is told the address, where port 0 picks one."""
+
+    async def session(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        async def send(text: str) -> None:
+            body = text.encode()
+            writer.write(b"Content-Length: %d\r\n\r\n%b" % (len(body), body))
+            await writer.drain()
+
+        try:
+            await serve_messages(_framed(reader), send, read, include_path, model)
+        finally:
+            writer.close()
+
+    server = await asyncio.start_server(session, host, port)
+    ready(*server.sockets[0].getsockname()[:2])
+    async with server:
+        await server.serve_forever()
+
+
+async def _framed(reader: asyncio.StreamReader) -> AsyncIterator[bytes]:
+    """The messages of a stream with headers; ends with the stream, and where it is none of ours."""
+    length = 0
+    with contextlib.suppress(asyncio.IncompleteReadError, ConnectionError, ValueError):
+        while line := await reader.readline():
+            name, _, value = line.partition(b":")
+            if name.lower() == b"content-length":
+                length = int(value)
+            elif not line.strip():
+                if not 0 < length <= _LARGEST_MESSAGE:
+                    return
+                yield await reader.readexactly(length)
+                length = 0
