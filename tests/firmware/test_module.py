@@ -219,6 +219,28 @@ def test_the_second_reply_of_138_goes_to_the_port_that_asked():
     assert [reply.status for reply in second.replies()] == [128]
 
 
+def test_a_motor_that_passes_its_target_has_not_reached_it():
+    module = switched_on()
+    host = Host(module)
+    for line in ("SAP 4, 0, 1500", "ROR 0, 1500"):
+        host.do(line)
+    host.wait_ms(1500)
+    target = host.do("GAP 1, 0") + 50
+    module.eeprom.write_program([parse_instruction("WAIT POS, 0, 0"), parse_instruction("STOP")])
+    host.do(f"MVP ABS, 0, {target}")
+    host.do("129 0, 0, 0")
+    host.send(138, 0, 0, 1)
+    assert [reply.status for reply in host.replies()] == [100]
+    host.wait_ms(50)
+    assert host.do("GAP 1, 0") > target + 50
+    assert module.program.waiting
+    while module.program.waiting:
+        module.advance(module.next_event())
+    assert [(reply.status, reply.value) for reply in host.replies()] == [(128, 1)]
+    assert [host.do(f"GAP {n}, 0") for n in (1, 8)] == [target, 1]
+    assert abs(host.do("GAP 3, 0")) <= 1
+
+
 def test_a_new_138_replaces_the_one_that_waits():
     host = Host(switched_on())
     host.do("MVP ABS, 0, 1000")

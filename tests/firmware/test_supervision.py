@@ -1,11 +1,14 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from firmware.hosts import Host, switched_on
 from tmcm34x.chips.tmc246 import Condition, Tmc246
 from tmcm34x.chips.tmc423 import Tmc423
 from tmcm34x.clock import MS, NEVER, run_until
+from tmcm34x.firmware.motion import X_ACTUAL
 
 
 def current(module, motor):
@@ -29,6 +32,50 @@ def test_the_current_is_full_from_the_start_of_a_move_until_the_power_down_delay
     assert current(module, 1) == 128
     run_until(module, at_rest + 2000 * MS)
     assert current(module, 1) == 8
+
+
+@pytest.mark.parametrize("acceleration", [1, 20, 1000])
+def test_a_motor_that_turns_round_moves(acceleration):
+    """Speed and target speed are 0 for at least one ramp tick in the middle of a move."""
+    module = switched_on()
+    host = Host(module)
+    changes = []
+    for line in ("SAP 214, 0, 1", "SAP 204, 0, 2", f"SAP 5, 0, {acceleration}", "SAP 4, 0, 100"):
+        host.do(line)
+    module.board.on_current.append(lambda *change: changes.append(change))
+    host.do("MVP ABS, 0, -40000")
+    host.wait_ms(2000)
+    host.do("MVP ABS, 0, 4000")
+    while host.do("GAP 3, 0") <= 0:
+        host.wait_ms(20)
+    host.wait_ms(100)
+    assert module.supervision.moving[0]
+    assert changes == [(0, 128, True)]
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.lists(st.tuples(st.integers(-30000, 30000), st.integers(0, 2500)), min_size=2, max_size=4),
+    st.integers(1, 2047), st.integers(5, 2047), st.integers(0, 2), st.integers(5, 9),
+)  # fmt: skip
+def test_a_motor_with_standby_current_stays_where_it_is(moves, speed, acceleration, v_min, ramp_div):
+    module = switched_on()
+    host = Host(module)
+    for number, value in ((4, speed), (5, acceleration), (130, v_min), (153, ramp_div), (214, 1)):
+        host.do(f"SAP {number}, 0, {value}")
+    rests = []
+    module.board.on_current.append(lambda _, current, on: rests.append((current, position(module))))
+    for target, pause_ms in (*moves, (0, 60_000)):
+        before = position(module)
+        assert not rests or rests[-1][0] == 128 or rests[-1][1] == before
+        host.do(f"MVP ABS, 0, {target}")
+        assert current(module, 0) == 128
+        host.wait_ms(pause_ms)
+    assert rests[-1] == (8, position(module))
+
+
+def position(module):
+    return module.axes[0].read(X_ACTUAL)
 
 
 def test_currents_follow_their_parameters_at_once():

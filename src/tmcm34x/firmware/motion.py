@@ -135,6 +135,30 @@ class Axis:
         """Whether the right switch is active."""
         return bool(self.transfer(_SWITCHES) & self._right)
 
+    @property
+    def reached(self) -> bool:
+        """Whether the motor has come to its target position, as command 138 and WAIT POS take it.
+
+        In position mode a motor that is at its target faster than V_MIN passes it, and comes back.
+
+        Source: TMC429 datasheet 8.1.3; fidelity FW-49.
+        """
+        return self.at_target and (self.open or abs(self.read(V_ACTUAL)) <= self.values[130])
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the ramp generator keeps the motor where it is.
+
+        Speed and target speed are 0 both at rest and at the instant at which a motor turns round in position
+        mode.  There the speed is changing, which A_ACTUAL tells; a motor that a switch holds, or that stays short
+        of its target for another reason, does not change its speed.
+
+        Source: fidelity FW-40.
+        """
+        if self.read(V_ACTUAL) or self.read(V_TARGET):
+            return False
+        return self.open or self.at_target or not self.read(A_ACTUAL)
+
     def set_acceleration(self, acceleration: int) -> None:
         """Write A_MAX and the braking factors that belong to it and to the divisors.
 
@@ -172,14 +196,8 @@ class Motion:
         self.started = started
 
     def reached(self) -> int:
-        """A mask of the motors at their targets, with one datagram for each chip."""
-        mask, chip, reply = 0, -1, 0
-        for axis in self.axes:
-            if axis.chip != chip:
-                chip, reply = axis.chip, axis.transfer(READ)
-            if reply & axis.at_target_bit:
-                mask |= 1 << axis.motor
-        return mask
+        """A mask of the motors that have reached their targets."""
+        return sum(axis.reached << axis.motor for axis in self.axes)
 
     def enter_velocity_mode(self, motor: int) -> None:
         """Velocity mode with open V_MAX; the target speed stays what it is."""

@@ -471,7 +471,7 @@ class Program:
     def _condition(self, kind: int, motor: int) -> Callable[[], bool]:
         axis = self._module.axes[motor]
         if kind == _WAITS["POS"]:
-            return lambda: axis.at_target
+            return lambda: axis.reached
         if kind == _WAITS["REFSW"]:
             return lambda: axis.left_switch
         if kind == _WAITS["LIMSW"]:

@@ -183,17 +183,24 @@ class Supervision:
             self._look_at_shutdown()
         for axis in axes:
             motor = axis.motor
-            if axis.read(V_ACTUAL) or axis.read(V_TARGET):
-                if not self.moving[motor]:
-                    self._begin(motor)
-                if self.shut_down:
-                    self._module.halt(motor)
+            if not axis.at_rest:
+                self._look_at_motion(axis)
             elif self.moving[motor]:
                 if now >= self._grace[motor]:
                     self._end(motor, now)
                 else:
                     self.look_due = min(self.look_due, self._grace[motor])
         self.answer_requests()
+
+    def _look_at_motion(self, axis: Axis) -> None:
+        """A motor moves; if that cannot be seen in its speed, it turns round or ends its move: look again."""
+        motor = axis.motor
+        if not self.moving[motor]:
+            self._begin(motor)
+        if self.shut_down:
+            self._module.halt(motor)
+        elif not axis.read(V_ACTUAL) and not axis.read(V_TARGET):
+            self.look_due = min(self.look_due, self._under_way(motor))
 
     def _begin(self, motor: int) -> None:
         self.moving[motor] = True
