@@ -6,7 +6,7 @@ from collections import deque
 from typing import Final, NamedTuple
 
 from tmcm34x.ide import wire
-from tmcm34x.server.telegram_log import Direction, Kind, explain
+from tmcm34x.tmcl.telegrams import Direction, Kind, explain
 
 KEPT: Final = 2000
 BATCH: Final = 500

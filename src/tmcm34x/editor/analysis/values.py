@@ -6,13 +6,13 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from typing import Final, Literal, NamedTuple
 
-from tmcm34x import clock
 from tmcm34x.editor.analysis.program import Analysis
 from tmcm34x.editor.analysis.texts import parameter_of
 from tmcm34x.tmcl import axis_parameters
 from tmcm34x.tmcl.axis_parameters import AxisParameter
 from tmcm34x.tmcl.commands import MOTORS, Command
 from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.units import acceleration_hz_s, speed_hz
 from tmcm34x.toolchain import parser
 from tmcm34x.toolchain.assembler import Code
 from tmcm34x.toolchain.tokens import Token
@@ -48,9 +48,9 @@ def value_text(program: Analysis, address: int, row: Command, instruction: Instr
     if unit in (_SPEED_UNIT, _ACCELERATION_UNIT) and motor < MOTORS and 0 < abs(value) < 2048:
         resolution, ramp, pulse = (_setting(program, address, motor, row) for row in _DIVISORS)
         if unit == _SPEED_UNIT:
-            rate = clock.HZ * value / (2**pulse * 2048 * 32)
+            rate = speed_hz(value, pulse)
             return f"{rate:,.0f} microsteps/s, {rate / 2**resolution:,.1f} steps/s"
-        rate = clock.HZ**2 * value / 2 ** (pulse + ramp + 29)
+        rate = acceleration_hz_s(value, pulse, ramp)
         return f"{rate:,.0f} microsteps/s², {rate / 2**resolution:,.1f} steps/s²"
     if row.mnemonic == "WAIT" and value > 0:
         return f"{value / _TICKS_A_SECOND:g} s"
