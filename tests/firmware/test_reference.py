@@ -79,8 +79,33 @@ def test_mode_2_finds_both_switches_and_measures_their_distance(mode: int, start
     search(rig)
     assert value(module, "GAP 1, 0") == 0
     assert carriage_mm(rig) == pytest.approx(5.0 + HYSTERESIS_MM / 2, abs=0.01)
-    expected = (45.0 if start < 45 else start) - 5.0 - HYSTERESIS_MM / 2
+    expected = 45.0 - 5.0 - HYSTERESIS_MM / 2
     assert value(module, "GAP 196, 0") / USTEPS_PER_MM == pytest.approx(expected, abs=0.01)
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_search_that_starts_on_the_right_switch_takes_its_edge(mode):
+    distances = []
+    for start in (30.0, 45.0, 49.0):
+        rig, module = rig_of(axis("left", "reference", "right", start=start))
+        value(module, f"SAP 193, 0, {mode}")
+        value(module, "RFS START, 0")
+        assert (value(module, "RFS STATUS, 0") == Search.LEAVING_RIGHT) is (start >= 45)
+        search(rig)
+        distances.append(value(module, "GAP 196, 0"))
+    assert max(distances) - min(distances) <= 2, distances
+
+
+def test_a_quarter_of_a_tiny_speed_is_no_speed():
+    rig, module = rig_of(axis("left", start=2.0))
+    value(module, "SAP 4, 0, 3")
+    value(module, "RFS START, 0")
+    run_ms(rig, 60_000)
+    assert value(module, "RFS STATUS, 0") == Search.LEAVING
+    assert value(module, "GAP 3, 0") == 0
+    value(module, "SAP 195, 0, 1000")
+    value(module, "RFS START, 0")
+    search(rig)
 
 
 @pytest.mark.parametrize("start", [30.0, 10.0, 20.5])

@@ -1,6 +1,7 @@
 """The built-in reference search: one state machine for each motor.
 
-Mode 1 looks for the left (reference) switch, modes 2 and 3 for the right one first.  Once the left input closes,
+Mode 1 looks for the left (reference) switch, modes 2 and 3 for the right one first; a motor that starts on the right
+switch leaves it, so that its edge is met from outside.  Once the left input closes,
 the motor leaves it slowly to the right and comes back slowly; the middle between the point where it opened and the
 point where it closed again becomes position 0, and the motor goes there.  Going left from the right end, the first
 switch on the left input is the reference switch, if there is one: so mode 3 differs from mode 2 only in what is
@@ -41,6 +42,7 @@ class Search(IntEnum):
     LEAVING = 3
     REENTERING = 4
     GOING_TO_ZERO = 5
+    LEAVING_RIGHT = 6
 
 
 class ReferenceSearch:
@@ -66,6 +68,8 @@ class ReferenceSearch:
         self._set_stops(right=not left_only, left=True)
         if left_only:
             self._enter(Search.GOING_LEFT)
+        elif self._module.axes[self.motor].right_switch:
+            self._enter(Search.LEAVING_RIGHT)
         else:
             self._enter(Search.GOING_RIGHT)
         self.advance(self._module.now)
@@ -95,6 +99,8 @@ class ReferenceSearch:
         axis = self._module.axes[self.motor]
         if self.state is Search.GOING_RIGHT:
             return axis.right_switch
+        if self.state is Search.LEAVING_RIGHT:
+            return not axis.right_switch
         if self.state is Search.GOING_TO_ZERO:
             return axis.at_target and not axis.read(V_ACTUAL)
         return axis.left_switch is not (self.state is Search.LEAVING)
@@ -104,6 +110,8 @@ class ReferenceSearch:
         if self.state is Search.GOING_RIGHT:
             self._right_end = here
             self._enter(Search.GOING_LEFT)
+        elif self.state is Search.LEAVING_RIGHT:
+            self._enter(Search.GOING_RIGHT)
         elif self.state is Search.GOING_LEFT:
             self._enter(Search.LEAVING)
         elif self.state is Search.LEAVING:
