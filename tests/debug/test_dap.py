@@ -8,8 +8,9 @@ from tmcm34x.bench import simple_rig
 from tmcm34x.cli.dap import SERVICES
 from tmcm34x.clock import MS, run_until
 from tmcm34x.debug.dap import Adapter
-from tmcm34x.debug.messages import Framing, FramingError, frame
-from tmcm34x.debug.session import LiveSession, Text
+from tmcm34x.debug.dap.messages import Framing, FramingError, frame
+from tmcm34x.debug.sessions.base import Text
+from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.toolchain.assembler import assemble
 from tmcm34x.toolchain.image import pack_binary

@@ -6,7 +6,9 @@ from tmcm34x.bench import simple_rig
 from tmcm34x.clock import MS, NEVER, run_until
 from tmcm34x.debug.control import Breakpoint
 from tmcm34x.debug.expressions import ExpressionError
-from tmcm34x.debug.session import LiveSession, Session, Text, at_rest
+from tmcm34x.debug.sessions.base import Text
+from tmcm34x.debug.sessions.bench import BenchSession, at_rest
+from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.tmcl.mnemonic import parse_instruction
 from tmcm34x.toolchain.assembler import assemble
 
@@ -54,7 +56,7 @@ def bench(source=PROGRAM):
     assert assembly.ok, assembly.diagnostics
     rig.modules[0].eeprom.write_program(assembly.program)
     notes = Notes()
-    return Session(rig, notes, Text(assembly)), notes
+    return BenchSession(rig, notes, Text(assembly)), notes
 
 
 def lines(session):

@@ -18,7 +18,7 @@ from tmcm34x.cli import CliError
 from tmcm34x.cli.link_options import LOOPBACK, LOOPBACK_HOSTS
 from tmcm34x.cli.source_files import assemble_file, is_hex, read_image
 from tmcm34x.debug.dap import Adapter, Services
-from tmcm34x.debug.messages import Framing, FramingError, RequestError, frame
+from tmcm34x.debug.dap.messages import Framing, FramingError, RequestError, frame
 from tmcm34x.server.pace import Pace
 from tmcm34x.toolchain.assembler import Assembly, assemble
 from tmcm34x.toolchain.disassembler import disassemble

@@ -18,7 +18,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn, cast
 
 from tmcm34x.debug.dap import Adapter, Services
-from tmcm34x.debug.messages import RequestError
+from tmcm34x.debug.dap.messages import RequestError
 from tmcm34x.host.exceptions import HostError
 from tmcm34x.ide import wire
 

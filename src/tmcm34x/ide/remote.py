@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from tmcm34x import clock
 from tmcm34x.board.models import MODELS
-from tmcm34x.debug.remote import RemoteSession
-from tmcm34x.debug.session import Listener
+from tmcm34x.debug.sessions.base import Listener
+from tmcm34x.debug.sessions.remote import RemoteSession
 from tmcm34x.host.connection import Connection
 from tmcm34x.host.exceptions import GarbledReplyError, LinkError, ReplyError
 from tmcm34x.ide import wire

@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 from typing import Protocol, TypeVar
 
 from tmcm34x.board.models import Model
-from tmcm34x.debug.remote import RemoteSession
-from tmcm34x.debug.session import Listener, LiveSession
+from tmcm34x.debug.sessions.base import Listener
+from tmcm34x.debug.sessions.live import LiveSession
+from tmcm34x.debug.sessions.remote import RemoteSession
 from tmcm34x.ide import wire
 from tmcm34x.ide.state import State
 from tmcm34x.tmcl.datagram import Instruction

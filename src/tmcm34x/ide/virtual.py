@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
 from tmcm34x.board.board import INPUTS
-from tmcm34x.debug.session import Listener, LiveSession
+from tmcm34x.debug.sessions.base import Listener
+from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.firmware.drivers import FLAGS, LOAD_MAX, LOAD_SHIFT
 from tmcm34x.firmware.motion import A_ACTUAL, RAMP_MODE, STOP_SWITCHES, V_ACTUAL, V_TARGET, X_ACTUAL, X_TARGET
 from tmcm34x.ide import wire

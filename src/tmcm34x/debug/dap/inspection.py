@@ -6,13 +6,12 @@ import re
 from collections.abc import Mapping
 from typing import Any, Final
 
-from tmcm34x.debug import messages as m
-from tmcm34x.debug.breakpoints import REFUSED
-from tmcm34x.debug.debuggee import Debuggee, Request, parse_address
+from tmcm34x.debug.dap import messages as m
+from tmcm34x.debug.dap.breakpoints import REFUSED
+from tmcm34x.debug.dap.debuggee import Debuggee, Request, parse_address
+from tmcm34x.debug.dap.messages import RequestError
 from tmcm34x.debug.expressions import ExpressionError, split_assignment
-from tmcm34x.debug.messages import RequestError
-from tmcm34x.debug.remote import RemoteSession
-from tmcm34x.debug.session import Frame
+from tmcm34x.debug.sessions.base import Frame
 from tmcm34x.debug.view import Item
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import pack_record
@@ -56,10 +55,10 @@ class Inspector:
     def on_scopes(self, _: m.Arguments) -> dict[str, Any]:
         """What there is to look at."""
         target = self._debuggee.running_or_held
-        remote = isinstance(target, RemoteSession)
+        slow = bool(target.unbreakable)
         scopes: list[dict[str, Any]] = []
         for title, items in target.view.scopes().items():
-            scope = {"name": title, "variablesReference": self._handle_for(items()), "expensive": remote}
+            scope = {"name": title, "variablesReference": self._handle_for(items()), "expensive": slow}
             if title == "Registers":
                 scope["presentationHint"] = "registers"
             scopes.append(scope)

@@ -9,12 +9,12 @@ Source: manual 6.7.36, 8.1.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.expressions import ExpressionError
-from tmcm34x.debug.session import Frame, Listener, Text
+from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Frame, Listener, Text
 from tmcm34x.debug.view import View
 from tmcm34x.host import Connection, Program, RefusedError
 from tmcm34x.tmcl.commands import BY_MNEMONIC
@@ -33,16 +33,20 @@ _RUNNING: Final = 1
 class RemoteSession:
     """The program of the module at the other end of `connection`.
 
-    Calls may raise `HostError`; call `poll` now and then while `running`.
+    Calls may raise `HostError`; call `work` as often as it asks for it while `running`.
     """
+
+    unbreakable = "the firmware of a real module has no breakpoints: run, stop and step are what it offers"
+    owns_time = False
+    over = False
+    exit_code = 0
 
     def __init__(self, connection: Connection, listener: Listener) -> None:
         self.connection = connection
         self.listener = listener
         self.program = Program(connection)
         self.text: Text | None = None
-        self.memory: Sequence[Instruction] = ()
-        """What is known of the program memory."""
+        self._memory: Sequence[Instruction] = ()
         self.view = View(self.execute, self.execute)
         self.stop: Stop | None = None
         self.stop_on_errors = False
@@ -52,7 +56,7 @@ class RemoteSession:
         """CSUBs entered since the step began, less those left."""
         self._goal: int | None = None
         """A step ends when `_depth` is no more than this."""
-        self.release()
+        self.controlled()
 
     def execute(self, instruction: Instruction) -> tuple[int, int]:
         """Have a command executed; a `HostError` where no answer comes."""
@@ -68,15 +72,40 @@ class RemoteSession:
         location = self.text.location(self._counter) if self.text else None
         return [Frame(self._counter, name or "program", location)]
 
-    def read_instruction(self, address: int) -> Instruction | None:
-        """The command at `address`, where known."""
-        return self.memory[address] if 0 <= address < len(self.memory) else None
+    def memory(self) -> Sequence[Instruction]:
+        """The program memory, as far as it is known."""
+        return self._memory
 
-    def set_breakpoints(self, breakpoints: Sequence[Breakpoint]) -> None:
-        """Nothing can be done about them."""
+    def loaded(self, program: Sequence[Instruction]) -> None:
+        """The program memory holds `program` now."""
+        self._memory = program
 
-    def release(self) -> None:
-        """The program may have been stopped, reset or started by somebody else: see what it does."""
+    def instruction(self, address: int) -> Instruction | None:
+        """The command at `address`, where it is known."""
+        return self._memory[address] if 0 <= address < len(self._memory) else None
+
+    def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
+        """The firmware has none: see `unbreakable`."""
+
+    def begin(self, *, hold: bool) -> None:
+        """Take the program as it is; stop it if asked for."""
+        if self.running and hold:
+            self.pause()
+        elif not self.running:
+            self.listener.held(self.stop or Stop("pause", 0))
+
+    def epilogue(self) -> str:
+        """Nothing: the program goes on when the session ends."""
+        return ""
+
+    def check_ready(self) -> None:
+        """Whether the module answers is seen when it is asked."""
+
+    def close(self) -> None:
+        """End the run control; the program goes on."""
+
+    def controlled(self) -> None:
+        """The program may have been stopped, reset or started by another command: read its state."""
         state = self.program.state
         self.running, self._counter, self._goal = state.status == _RUNNING, state.counter, None
         self.stop = None if self.running else Stop("pause", state.counter)
@@ -115,21 +144,21 @@ class RemoteSession:
         """Start the program at `address`, and stop it there: the firmware cannot move its counter."""
         raise ExpressionError(f"the module's firmware cannot go to address {address} without running")
 
-    def poll(self) -> float:
-        """Look what the program is doing; gives back after how many seconds to look again."""
+    def work(self) -> float:
+        """Read the state of the program; returns in how many seconds to read it again."""
         if not self.running:
-            return float("inf")
+            return NOTHING_TO_DO
         before, state = self._counter, self.program.state
         self._counter = state.counter
         if state.status:
             return POLL_S if self._goal is None else STEP_POLL_S
         if self._goal is None:
             self._held("end")
-            return float("inf")
+            return NOTHING_TO_DO
         self._count(before)
         if self._depth <= self._goal or state.counter == before:
             self._held("step")
-            return float("inf")
+            return NOTHING_TO_DO
         self.program.step()
         return STEP_POLL_S
 
@@ -139,7 +168,7 @@ class RemoteSession:
         self._goal, self._depth = goal, 0
 
     def _count(self, before: int) -> None:
-        executed = self.read_instruction(before)
+        executed = self.instruction(before)
         if executed is None:
             return
         if executed.number == _CSUB and self._counter == executed.value:

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
-from tmcm34x.debug import messages as m
-from tmcm34x.debug.messages import RequestError
-from tmcm34x.debug.remote import RemoteSession
-from tmcm34x.debug.session import LiveSession, Session
-from tmcm34x.debug.sources import Sources
-from tmcm34x.firmware.module import Module
-from tmcm34x.tmcl.commands import PROGRAM_SIZE
+from tmcm34x.debug.dap import messages as m
+from tmcm34x.debug.dap.messages import RequestError
+from tmcm34x.debug.dap.sources import Sources
+from tmcm34x.debug.sessions.base import Session
 from tmcm34x.tmcl.datagram import Instruction
-
-Target = Session | LiveSession | RemoteSession
 
 
 class Tell(Protocol):
@@ -40,17 +35,17 @@ class Debuggee:
 
     sources: Sources
     event: Tell
-    target: Target | None = None
+    target: Session | None = None
 
     @property
-    def running_or_held(self) -> Target:
+    def running_or_held(self) -> Session:
         """The program; raises `RequestError` while there is none."""
         if self.target is None:
             raise RequestError("there is no program: launch or attach first")
         return self.target
 
     @property
-    def held(self) -> Target:
+    def held(self) -> Session:
         """The program, which is not running; raises `RequestError`."""
         target = self.running_or_held
         if target.running:
@@ -63,23 +58,9 @@ class Debuggee:
             self.target.text = self.sources.text
             self.target.view.symbols = self.sources.symbols
 
-    def memory(self) -> Sequence[Instruction]:
-        """The program memory, or what is known of it."""
-        target = self.running_or_held
-        return target.memory if isinstance(target, RemoteSession) else _memory(target.module)
-
     def instruction(self, address: int) -> Instruction | None:
         """The command at `address`, where there is one and it is known."""
-        target = self.target
-        if isinstance(target, RemoteSession):
-            return target.read_instruction(address)
-        if target is None or not 0 <= address < PROGRAM_SIZE:
-            return None
-        return target.module.eeprom.read_instruction(address)
-
-
-def _memory(module: Module) -> tuple[Instruction, ...]:
-    return tuple(map(module.eeprom.read_instruction, range(PROGRAM_SIZE)))
+        return None if self.target is None else self.target.instruction(address)
 
 
 def parse_address(text: str) -> int:

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from tmcm34x.debug import messages as m
-from tmcm34x.debug.messages import RequestError
-from tmcm34x.debug.session import Text
+from tmcm34x.debug.dap import messages as m
+from tmcm34x.debug.dap.messages import RequestError
+from tmcm34x.debug.sessions.base import Text
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import Assembly, Symbol, assemble
 from tmcm34x.toolchain.disassembler import disassemble, up_to_end_mark

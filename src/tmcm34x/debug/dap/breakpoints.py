@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from tmcm34x.debug import messages as m
 from tmcm34x.debug.control import Breakpoint
-from tmcm34x.debug.debuggee import Debuggee, Request, parse_address
+from tmcm34x.debug.dap import messages as m
+from tmcm34x.debug.dap.debuggee import Debuggee, Request, parse_address
+from tmcm34x.debug.dap.messages import RequestError
 from tmcm34x.debug.expressions import ExpressionError
-from tmcm34x.debug.messages import RequestError
-from tmcm34x.debug.remote import RemoteSession
 
 REFUSED: Final = "refused"
 """The one filter of exceptions: commands that the module refuses."""
-UNBREAKABLE: Final = "the firmware of a real module has no breakpoints: run, stop and step are what it offers"
 
 _LABELS: Final = "<labels>"
 _ADDRESSES: Final = "<addresses>"
@@ -100,8 +98,9 @@ class Breakpoints:
         self, key: str, number: int, wanted: m.SourceBreakpoint, made: list[Breakpoint]
     ) -> dict[str, Any]:
         try:
-            if isinstance(self._debuggee.target, RemoteSession):
-                raise RequestError(UNBREAKABLE)
+            unbreakable = self._debuggee.running_or_held.unbreakable
+            if unbreakable:
+                raise RequestError(unbreakable)
             address = self._address(key, wanted)
             texts = (wanted.condition or "", wanted.hit_condition or "", wanted.log_message or "")
             made.append(Breakpoint.make(number, address, *texts))

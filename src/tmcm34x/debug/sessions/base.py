@@ -1,0 +1,192 @@
+"""What every run control over a program offers, whatever module the program is in.
+
+A session holds a program, steps it, and says where it is.  There are three: `bench.BenchSession` moves the time of
+its own bench; `live.LiveSession` controls a module of this process whose time the server moves;
+`remote.RemoteSession` controls a module at the other end of a line.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
+
+from tmcm34x.debug.control import Breakpoint, Stop
+
+if TYPE_CHECKING:
+    from tmcm34x.debug.view import View
+    from tmcm34x.tmcl.datagram import Instruction
+    from tmcm34x.toolchain.assembler import Assembly
+    from tmcm34x.toolchain.diagnostics import Location
+
+NOTHING_TO_DO: Final = math.inf
+"""What `Session.work` returns when only a request can change anything."""
+
+
+class Frame(NamedTuple):
+    """One open routine, the innermost first: where it is, and what it is called."""
+
+    address: int
+    name: str
+    location: Location | None
+
+
+class Listener(Protocol):
+    """Who wants to know what becomes of a program."""
+
+    def held(self, stop: Stop) -> None:
+        """The program is held."""
+        ...
+
+    def ended(self) -> None:
+        """The program has stopped, and nothing it has begun is still going on."""
+        ...
+
+    def said(self, text: str, address: int) -> None:
+        """A log point was passed."""
+        ...
+
+
+class Session(Protocol):
+    """Run control over one program.
+
+    Methods of a session over a line may raise `HostError`.
+    """
+
+    text: Text | None
+    view: View
+    stop_on_errors: bool
+    """Hold after a command that the module refuses."""
+
+    @property
+    def unbreakable(self) -> str:
+        """Why the program cannot be held at breakpoints; empty where it can."""
+        ...
+
+    @property
+    def owns_time(self) -> bool:
+        """Whether the session moves virtual time itself, so that holding the program holds everything."""
+        ...
+
+    @property
+    def running(self) -> bool:
+        """Whether the program runs."""
+        ...
+
+    @property
+    def over(self) -> bool:
+        """Whether the program has ended and nothing it began is still going on."""
+        ...
+
+    @property
+    def stop(self) -> Stop | None:
+        """Why the program is held; None while it runs."""
+        ...
+
+    @property
+    def exit_code(self) -> int:
+        """3 when a command of the program was refused, as `tmcm34x run` has it; otherwise 0."""
+        ...
+
+    def epilogue(self) -> str:
+        """How the program ended, in one line; empty where that is not known."""
+        ...
+
+    def check_ready(self) -> None:
+        """Raise `ExpressionError` where the program cannot go on, with the reason."""
+        ...
+
+    def memory(self) -> Sequence[Instruction]:
+        """The program memory, as far as it is known."""
+        ...
+
+    def instruction(self, address: int) -> Instruction | None:
+        """The command at `address`; None where there is none or it is not known."""
+        ...
+
+    def execute(self, instruction: Instruction) -> tuple[int, int]:
+        """Execute a command in direct mode; status and value of its reply."""
+        ...
+
+    def frames(self) -> list[Frame]:
+        """The open routines, the innermost first."""
+        ...
+
+    def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
+        """Hold at these instead of the present ones."""
+        ...
+
+    def loaded(self, program: Sequence[Instruction]) -> None:
+        """The program memory holds `program` now."""
+        ...
+
+    def controlled(self) -> None:
+        """A command of somebody else may have stopped, reset or started the program."""
+        ...
+
+    def begin(self, *, hold: bool) -> None:
+        """Everything is set up: start the program, or take it as it is; `hold` it at once if asked for."""
+        ...
+
+    def resume(self) -> None:
+        """Let the program go on."""
+        ...
+
+    def restart(self) -> None:
+        """Start the program from its beginning."""
+        ...
+
+    def pause(self) -> None:
+        """Hold the program where it is."""
+        ...
+
+    def step_in(self) -> None:
+        """Execute one command."""
+        ...
+
+    def step_over(self) -> None:
+        """Execute one command, a CSUB with all that it calls."""
+        ...
+
+    def step_out(self) -> None:
+        """Go on until the innermost CSUB has returned."""
+        ...
+
+    def jump(self, address: int) -> None:
+        """Have the program go on at `address`; raises `ExpressionError` where it cannot."""
+        ...
+
+    def work(self) -> float:
+        """Do a piece of work; returns in how many seconds to call again."""
+        ...
+
+    def close(self) -> None:
+        """End the run control: nothing of the session is left in the program."""
+        ...
+
+
+class Text:
+    """What is known about the program's source: addresses to lines and labels, both ways."""
+
+    def __init__(self, assembly: Assembly) -> None:
+        self.assembly = assembly
+        self._map = assembly.source_map
+        self._labels = {address: name for name, address in reversed(assembly.labels.items())}
+
+    def location(self, address: int) -> Location | None:
+        """Where the command at `address` stands."""
+        return self._map[address] if 0 <= address < len(self._map) else None
+
+    def address(self, file: str, line: int) -> int | None:
+        """Of the first command in `line` of `file` or below it."""
+        below = [(place.line, address) for address, place in enumerate(self._map) if place.file == file]
+        return min((item for item in below if item[0] >= line), default=(0, None))[1]
+
+    def label(self, address: int) -> str:
+        """The label at `address`, or its number."""
+        return self._labels.get(address, f"address {address}")
+
+    def routine(self, address: int) -> str:
+        """The label at or next above `address`; empty where there is none."""
+        above = [labelled for labelled in self._labels if labelled <= address]
+        return self._labels[max(above)] if above else ""

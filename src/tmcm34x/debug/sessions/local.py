@@ -1,0 +1,99 @@
+"""What run control over a module of this process has in common."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+from tmcm34x.debug.control import Control, Stop
+from tmcm34x.debug.sessions.base import Frame, Listener, Text
+from tmcm34x.debug.view import View
+from tmcm34x.firmware.program import ProgramError
+from tmcm34x.tmcl.commands import BY_MNEMONIC, PROGRAM_SIZE
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.mnemonic import format_instruction
+from tmcm34x.tmcl.status import STATUS_TEXTS
+
+if TYPE_CHECKING:
+    from tmcm34x.bench import World
+    from tmcm34x.firmware.module import Module
+
+_CSUB: Final = BY_MNEMONIC["CSUB"].number
+
+
+class LocalSession:
+    """Run control over the program of `module`; `world` is what the module is connected to."""
+
+    unbreakable = ""
+
+    def __init__(self, module: Module, world: World | None, listener: Listener, text: Text | None) -> None:
+        self.module = module
+        self.program = module.program
+        self.listener = listener
+        self.text = text
+        self.view = View.of(module, world)
+        if text is not None:
+            self.view.symbols = text.assembly.symbols
+        self.control = Control(self.view.read, listener.said)
+        self._stop: Stop | None = None
+        self.stop_on_errors = False
+        """Hold after a command that the module refuses."""
+        self._error: ProgramError | None = self.program.last_error
+
+    @property
+    def stop(self) -> Stop | None:
+        """Why the program is held; None while it is not."""
+        return self._stop
+
+    def memory(self) -> Sequence[Instruction]:
+        """The program memory."""
+        return tuple(map(self.module.eeprom.read_instruction, range(PROGRAM_SIZE)))
+
+    def instruction(self, address: int) -> Instruction | None:
+        """The command at `address`; None outside the program memory."""
+        return self.module.eeprom.read_instruction(address) if 0 <= address < PROGRAM_SIZE else None
+
+    def loaded(self, program: Sequence[Instruction]) -> None:
+        """The program memory holds `program` now: it is read from the module whenever it is needed."""
+
+    def controlled(self) -> None:
+        """A command of somebody else may have controlled the program: the module shows it by itself."""
+
+    def execute(self, instruction: Instruction) -> tuple[int, int]:
+        """Have a command executed as in direct mode."""
+        return self.module.execute(instruction)
+
+    def frames(self) -> list[Frame]:
+        """The open routines, the innermost first."""
+        stop = self.stop
+        address = stop.address if stop is not None and stop.reason == "exception" else self.program.counter
+        addresses = [address, *(following - 1 for following in reversed(self.program.stack))]
+        names = [self._called_at(caller) for caller in addresses[1:]]
+        return [
+            Frame(address, name, self.text.location(address) if self.text else None)
+            for address, name in zip(addresses, [*names, "program"], strict=True)
+        ]
+
+    def _called_at(self, caller: int) -> str:
+        instruction = self.module.eeprom.read_instruction(caller)
+        if instruction.number != _CSUB:
+            return self.text.routine(caller) if self.text else ""
+        return self.text.label(instruction.value) if self.text else f"address {instruction.value}"
+
+    def _refused(self) -> Stop | None:
+        """A stop for a command that was refused since the last look."""
+        error = self.program.last_error
+        if error is self._error:
+            return None
+        self._error = error
+        if error is None or not self.stop_on_errors:
+            return None
+        return Stop("exception", error.address, error_text(self.module, error))
+
+
+def error_text(module: Module, error: ProgramError) -> str:
+    """What went wrong in a program, in one line."""
+    stored = module.program.read(error.address)
+    if not isinstance(stored, Instruction) or stored.number == 0:
+        return "the program ran past its end; is a STOP missing?"
+    return f"{format_instruction(stored)}: {STATUS_TEXTS[error.status]} (status {error.status:d})"
