@@ -161,10 +161,39 @@ def test_fmt_writes_only_what_changes(call):
     assert call("fmt", "--check", "tidy.tmc", "wild.tmc") == (0, "", "")
 
 
-def test_fmt_puts_what_it_read_as_latin_1_into_utf_8(call):
-    put("old.tmc", "STOP // größer\n".encode("latin-1"))
-    call("fmt", "old.tmc")
-    assert Path("old.tmc").read_text() == "        STOP                    // größer\n"
+@pytest.mark.parametrize(
+    ("codec", "mark"),
+    [("utf-8", b""), ("utf-8", b"\xef\xbb\xbf"), ("utf-16-le", b"\xff\xfe"), ("utf-16-be", b"\xfe\xff"),
+     ("cp1252", b"")],
+)  # fmt: skip
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_fmt_keeps_encoding_byte_order_mark_and_line_ends(call, codec, mark, end):
+    put("old.tmc", mark + f"stop // “größer”™{end}//{end}".encode(codec))
+    assert call("fmt", "old.tmc")[0] == 0
+    expected = f"        STOP                    // “größer”™{end}//{end}"
+    assert Path("old.tmc").read_bytes() == mark + expected.encode(codec)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [IMAGE, b"\xff\xfeS\0T\0\0", "stop\n".encode("utf-16-le"), b"stop\n\x00", b"stop ; note\n", b"sap 4, 0, 1a\n",
+     bytes(range(256))],
+)  # fmt: skip
+def test_fmt_leaves_what_is_no_tmcl(call, data):
+    status, out, err = call("fmt", put("p.tmc", data))
+    assert (out, len(err.strip().splitlines())) == ("", 1)
+    assert status in (1, 2)
+    assert Path("p.tmc").read_bytes() == data
+
+
+def test_utf_16_is_read_as_what_it_is(call):
+    assert call("asm", put("go.tmc", b"\xff\xfe" + GOOD.encode("utf-16-le")))[0] == 0
+    assert Path("go.bin").read_bytes() == IMAGE
+    status, _, err = call("lint", put("raw.tmc", GOOD.encode("utf-16-le")))
+    assert (status, err) == (2, "raw.tmc: UTF-16 without a byte order mark; save it as UTF-8")
+    put("sub.inc", GOOD.encode("utf-16-be"))
+    status, _, err = call("lint", put("main.tmc", "#include sub.inc\nSTOP\n"))
+    assert err.count("E501") == 1
 
 
 def test_lint_tells_findings_with_status_1(call):
@@ -197,5 +226,6 @@ def test_rubbish_is_never_a_traceback(call):
         put("x.tmc", data)
         for name in ("asm", "lint", "fmt"):
             status, _, err = call(name, "x.tmc")
-            assert status in (0, 1), number
+            assert status in (0, 1, 2), number
+            assert status < 2 or len(err.splitlines()) == 1, number
             assert max(map(len, err.splitlines()), default=0) < 400, number

@@ -5,7 +5,8 @@ from hypothesis import strategies as st
 
 from tmcm34x.tmcl.mnemonic import format_instruction, parse_instruction
 from tmcm34x.toolchain.assembler import assemble
-from tmcm34x.toolchain.formatter import format_source
+from tmcm34x.toolchain.encoding import Encoding, decode, encode
+from tmcm34x.toolchain.formatter import format_source, lexical_mistake
 from tmcm34x.toolchain.tokens import split_lines, tokenize
 from toolchain.generators import SOURCES
 
@@ -39,7 +40,8 @@ def test_lines_that_are_not_understood_stay():
 
 def test_line_ends_stay_and_the_last_line_gets_one():
     assert format_source("stop\r\nstop") == "        STOP\r\n        STOP\r\n"
-    assert format_source("\ufeff// note") == "// note\n"
+    assert format_source("stop\rstop\n//\r\n") == "        STOP\r        STOP\n//\r\n"
+    assert format_source("stop\r\nstop\nstop") == "        STOP\r\n        STOP\n        STOP\r\n"
     assert format_source("") == ""
     assert format_source("\n\n") == "\n\n"
 
@@ -88,6 +90,36 @@ def test_formatting_keeps_every_comment_and_every_blank_line(text):
     ):
         blank.pop()
     assert [not line.strip() for line in split_lines(formatted)][: len(blank)] == blank
+
+
+def test_a_name_that_is_no_word_keeps_its_letters():
+    assert format_source("jc Loop\nmvp Abs, 0, 1\nmvp Target, 0, 1\n") == (
+        "        JC    Loop\n        MVP   ABS, 0, 1\n        MVP   Target, 0, 1\n"
+    )
+
+
+def kept(text):
+    """What formatting must keep of a text: its words and comments, the former without regard to case."""
+    tokens = [token for line in split_lines(text) for token in tokenize(line)]
+    return [t.text.rstrip() if t.kind == "comment" else t.text.upper() for t in tokens]
+
+
+@given(
+    SOURCES.filter(lambda text: lexical_mistake(text) is None)
+    | st.text(st.sampled_from("aB1 ,:=()//\r\n\t"), max_size=80),
+    st.sampled_from(
+        [Encoding("utf-8", b"\xef\xbb\xbf"), Encoding("utf-8"), Encoding("utf-16-le", b"\xff\xfe")]
+    ),
+)
+@settings(max_examples=120, deadline=None)
+def test_a_formatted_file_holds_the_same_words_and_comments_in_the_same_encoding(text, encoding):
+    stored = decode(encode(text.replace("\0", " "), encoding))
+    formatted = encode(format_source(stored[0]), stored[1])
+    again = decode(formatted)
+    assert again[1] == stored[1]
+    assert [word for word in kept(again[0]) if "DATA" not in word.upper()] == [
+        word for word in kept(stored[0]) if "DATA" not in word.upper()
+    ]
 
 
 @given(st.text(max_size=300))

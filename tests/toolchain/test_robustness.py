@@ -11,10 +11,10 @@ from tmcm34x.tmcl.commands import PROGRAM_SIZE
 from tmcm34x.toolchain.assembler import assemble
 from tmcm34x.toolchain.diagnostics import render_all
 from tmcm34x.toolchain.disassembler import disassemble
+from tmcm34x.toolchain.encoding import EncodingError, decode, encode
 from tmcm34x.toolchain.formatter import format_source
 from tmcm34x.toolchain.linter import lint
 from tmcm34x.toolchain.listing import listing, symbol_file
-from tmcm34x.toolchain.tokens import decode
 from toolchain.generators import SOURCES
 
 
@@ -71,7 +71,12 @@ def test_any_text(text):
 @given(st.binary(max_size=400))
 @settings(max_examples=100, deadline=None)
 def test_any_bytes(data):
-    through_everything(decode(data))
+    try:
+        text, encoding = decode(data)
+    except EncodingError:
+        return
+    assert encode(text, encoding) == data
+    through_everything(text)
 
 
 @given(st.lists(SOURCES, min_size=1, max_size=3), st.data())

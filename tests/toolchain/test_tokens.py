@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tmcm34x.toolchain.tokens import decode, number_value, split_lines, tokenize
+from tmcm34x.toolchain.tokens import number_value, split_lines, tokenize
 
 TEXT = st.text(st.sampled_from("aZ_09.$%+-*/^(),:=#;\"' \t\x00ä\ufeff\xa0eE"), max_size=30) | st.text(
     max_size=30
@@ -44,12 +44,6 @@ def test_words_have_their_kind(line, kinds):
 def test_lines_end_with_lf_cr_lf_or_cr_and_nothing_else():
     assert split_lines("a\r\nb\rc\nd\x0ce\u2028f") == ["a", "b", "c", "d\x0ce\u2028f"]
     assert split_lines("") == [""]
-
-
-def test_text_that_is_not_utf_8_is_latin_1():
-    assert decode("// größer".encode()) == "// größer"
-    assert decode("// größer".encode("latin-1")) == "// größer"
-    assert decode(b"\xef\xbb\xbfSTOP") == "STOP"
 
 
 def test_numbers_of_any_length_have_a_value():

@@ -7,7 +7,8 @@ from pathlib import Path
 import click
 
 from tmcm34x.cli.source_files import read_source, write
-from tmcm34x.toolchain.formatter import format_source
+from tmcm34x.toolchain.encoding import encode
+from tmcm34x.toolchain.formatter import format_source, lexical_mistake
 
 
 @click.command()
@@ -16,13 +17,23 @@ from tmcm34x.toolchain.formatter import format_source
 )
 @click.option("--check", is_flag=True, help="Change nothing; exit with status 1 when a file would change.")
 def command(files: tuple[Path, ...], check: bool) -> int:
-    """Lay TMCL sources out in columns: labels, mnemonics, operands, comments."""
-    texts = [(path, read_source(path)) for path in files]
-    changed = [(path, formatted) for path, text in texts if (formatted := format_source(text)) != text]
-    for path, formatted in changed:
-        if check:
+    """Lay TMCL sources out in columns: labels, mnemonics, operands, comments.
+
+    A file keeps its encoding and line ends. One that holds words or characters which the language does not have is
+    left as it is, with exit status 1: it may not be TMCL at all.
+    """
+    status = 0
+    for path in files:
+        text, encoding = read_source(path)
+        line = lexical_mistake(text)
+        formatted = text if line is not None else format_source(text)
+        if line is not None:
+            click.echo(f"{path}:{line}: left as it is: not TMCL here; see tmcm34x lint", err=True)
+            status = 1
+        elif formatted != text and check:
             click.echo(f"{path}: not in columns", err=True)
-        else:
-            write(path, formatted.encode())
+            status = 1
+        elif formatted != text:
+            write(path, encode(formatted, encoding))
             click.echo(f"{path}: formatted")
-    return 1 if check and changed else 0
+    return status

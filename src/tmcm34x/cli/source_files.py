@@ -15,8 +15,8 @@ from tmcm34x.cli import CliError
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import Assembly, IncludeReader, assemble
 from tmcm34x.toolchain.diagnostics import Diagnostic, render_all
+from tmcm34x.toolchain.encoding import Encoding, EncodingError, decode
 from tmcm34x.toolchain.image import ImageError, unpack_binary, unpack_hex
-from tmcm34x.toolchain.tokens import decode
 
 HEX_SUFFIXES: Final = frozenset({".hex", ".ihx", ".ihex"})
 MODELS: Final = ("341", "342", "343")
@@ -55,17 +55,20 @@ def write(path: Path, data: bytes) -> None:
         raise CliError(f"{path}: {error.strerror}") from None
 
 
-def read_source(path: Path) -> str:
-    """The text of a source file."""
-    return decode(read_bytes(path))
+def read_source(path: Path) -> tuple[str, Encoding]:
+    """The text of a source file and how it is stored; a `CliError` with one line where it holds none."""
+    try:
+        return decode(read_bytes(path))
+    except EncodingError as error:
+        raise CliError(f"{path}: {error}") from None
 
 
 def read_text(name: str) -> str:
-    """The text of an included file; an `OSError` where there is none, for the tool chain to report."""
+    """The text of an included file; an `OSError` or `ValueError` where there is none, for the tool chain to report."""
     path = Path(name)
     if path.stat().st_size > _SOURCE_LIMIT:
         raise OSError(0, f"larger than {_SOURCE_LIMIT >> 20} MB")
-    return decode(path.read_bytes())
+    return decode(path.read_bytes())[0]
 
 
 def read_image(path: Path) -> tuple[Instruction, ...]:
@@ -98,7 +101,7 @@ def include_reader(include_path: Sequence[Path] = ()) -> IncludeReader:
 
 def assemble_file(path: Path, include_path: Sequence[Path] = (), *, append_stop: bool = False) -> Assembly:
     """The assembly of a source file, its mistakes included; those are not printed."""
-    return assemble(read_source(path), _short(path), include_reader(include_path), append_stop=append_stop)
+    return assemble(read_source(path)[0], _short(path), include_reader(include_path), append_stop=append_stop)
 
 
 def print_diagnostics(diagnostics: Iterable[Diagnostic], sources: Mapping[str, Sequence[str]]) -> None:

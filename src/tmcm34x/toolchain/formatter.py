@@ -7,6 +7,8 @@ is formatting once, and the program stays the same.
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from typing import Final
 
 from tmcm34x.tmcl.commands import BY_MNEMONIC
@@ -20,14 +22,26 @@ _MNEMONIC_WIDTH: Final = 6
 _COMMENT_COLUMN: Final = (32, 64)
 """Least and greatest column of comments behind a command; longer lines put theirs two blanks behind."""
 _SPACED: Final = frozenset("+-*/")
+_LINE_END: Final = re.compile("\r\n|\r|\n")
+_LEXICAL: Final = frozenset({"E101", "E102"})
 
 
 def format_source(text: str) -> str:
-    """`text` in columns; line ends are CR LF where it has some, else LF."""
+    """`text` in columns; each line keeps its end, and the last one gets one like the first."""
     if not text:
         return text
-    newline = "\r\n" if "\r\n" in text else "\n"
-    return newline.join(_Formatter(split_lines(text.removeprefix("\ufeff"))).run()) + newline
+    ends = _LINE_END.findall(text)
+    lines = _Formatter(split_lines(text)).run()
+    ends += [ends[0] if ends else "\n"] * (len(lines) - len(ends))
+    return "".join(line + end for line, end in zip(lines, ends, strict=False))
+
+
+def lexical_mistake(text: str) -> int | None:
+    """The first line, counted from 1, with a character or word that the language does not have."""
+    for number, line in enumerate(split_lines(text), 1):
+        if any(problem.code in _LEXICAL for problem in parse_line(line).problems):
+            return number
+    return None
 
 
 def format_expression(text: str) -> str:
@@ -136,12 +150,18 @@ def _labels(line: Line) -> str:
 
 def _command(text: str, command: Command) -> str:
     row = BY_MNEMONIC[command.mnemonic.upper()]
-    words = [operand.words for operand in row.operands]
+    words = [dict(operand.words) for operand in row.operands]
     texts = [
-        _text(text, operand).upper() if index < len(words) and words[index] else _text(text, operand)
+        _word(_text(text, operand), words[index] if index < len(words) else {})
         for index, operand in enumerate(command.operands)
     ]
     return f"{row.mnemonic:<{_MNEMONIC_WIDTH}}{', '.join(texts)}".rstrip()
+
+
+def _word(text: str, words: Mapping[str, int]) -> str:
+    """A word in upper case; a name that is none of the words stays as written."""
+    upper = text.upper()
+    return upper if upper in words else text
 
 
 def _text(text: str, operand: Operand | None) -> str:

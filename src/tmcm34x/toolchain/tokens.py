@@ -80,14 +80,6 @@ def split_lines(text: str) -> list[str]:
     return text.split("\n")
 
 
-def decode(data: bytes) -> str:
-    """Source text in the bytes of a file: UTF-8, else Latin-1; a byte order mark is dropped (fidelity TOOL-3)."""
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
-
-
 def number_value(text: str) -> float:
     """The value of a token of kind `number`, a minus before it included; infinite when out of all proportion."""
     if text.isdecimal() and len(text) < 16:
