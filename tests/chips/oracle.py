@@ -109,7 +109,7 @@ class Oracle:
         if self.mode == SOFT:
             limit = self.p_mul * far // 2 ** (3 + self.p_div)
         else:
-            limit = isqrt(2048 * self.p_mul * far // 2 ** (3 + self.p_div))
+            limit = isqrt(2048 * self.p_mul * (far - 1) // 2 ** (3 + self.p_div))
         return min(self.v_max, max(self.v_min, limit))
 
     def blocked(self, direction):

@@ -238,7 +238,8 @@ def test_positioning_keeps_its_recorded_course(row):
     assert abs(chip._state(0).v) < abs(before)
     if row["v_max_reached"] != "-":
         assert int(row["v_max_reached"]) * TICK in [clock for clock, _, _ in places]
-    assert places[-1][0] / HZ == pytest.approx(float(row["trapezoid_s"]), rel=0.15, abs=0.002)
+    if abs(distance) >= 100:  # the last microstep, at V_MIN, outweighs the rest of shorter ones
+        assert places[-1][0] / HZ == pytest.approx(float(row["trapezoid_s"]), rel=0.08)
 
 
 @pytest.mark.parametrize("pulse_div", range(14))
@@ -322,14 +323,51 @@ def test_a_target_half_a_turn_of_the_counter_away_is_never_reached():
     assert chip.read_status() & 1 == 0
 
 
-def test_steep_ramps_may_pass_the_target_by_one_microstep():
-    for a_max, passed in ((1000, 1), (100, 0)):
-        p_mul, p_div = brake_factor(a_max, 7, 3)
-        chip = chip_with(ramp_div=7, pulse_div=3, v_min=1, v_max=1000, a_max=a_max, p_mul=p_mul, p_div=p_div)
-        set_field(chip, 0, "X_TARGET", 51_200)
-        positions = accumulate(direction for _, direction in chip.steps(0, 0, 5 * HZ))
-        assert max(positions) == 51_200 + passed
-        assert path(chip)[-1][1:] == (51_200, 0)
+FACTORY = {"ramp_div": 7, "pulse_div": 3, "v_min": 1, "v_max": 1000, "a_max": 1000}
+
+
+def overshoot(p_mul, p_div, target, **axis):
+    """How many microsteps a move passes its target by before it ends there."""
+    chip = chip_with(**FACTORY | axis, p_mul=p_mul, p_div=p_div, x_target=target)
+    positions = accumulate(direction for _, direction in chip.steps(0, 0, 20 * HZ))
+    passed = max(positions) - target
+    assert path(chip)[-1][1:] == (target, 0)
+    return passed
+
+
+@pytest.mark.parametrize(("ramp_div", "pulse_div", "a_max"), [(7, 3, 1000), (7, 3, 100), (5, 3, 2047)])
+def test_no_move_with_the_factors_of_the_firmware_passes_its_target(ramp_div, pulse_div, a_max):
+    p_mul, p_div = brake_factor(a_max, ramp_div, pulse_div)
+    axis = {"ramp_div": ramp_div, "pulse_div": pulse_div, "a_max": a_max}
+    assert {overshoot(p_mul, p_div, target, **axis) for target in range(5000, 5200)} == {0}
+
+
+def test_factors_without_a_reduction_pass_the_target():
+    # The ideal factor for A_MAX 1000, 7 and 3 is 1000 / (128 * 16) = 250 / 2^9; one less is 0.4 % below it.
+    assert {overshoot(250, 6, target) for target in range(5000, 5200)} <= {1, 2}
+    assert {overshoot(249, 6, target) for target in range(5000, 5200)} == {0}
+
+
+def test_v_min_is_reached_before_the_target():
+    p_mul, p_div = brake_factor(1000, 7, 3)
+    chip = chip_with(**FACTORY | {"v_min": 40}, p_mul=p_mul, p_div=p_div, x_target=51_200)
+    places = path(chip)
+    *_, (arrival, position, _) = (place for place in places if place[2])
+    assert position == 51_200
+    chip = chip_with(**FACTORY | {"v_min": 40}, p_mul=p_mul, p_div=p_div, x_target=51_200)
+    run_until(chip, arrival - 1)
+    assert (chip.position(0), chip.velocity(0)) == (51_199, 40)
+
+
+def test_without_v_min_the_motor_rests_one_step_before_its_target():
+    p_mul, p_div = brake_factor(100, 7, 3)
+    for target in (51_200, -777, 1):
+        chip = chip_with(**FACTORY | {"v_min": 0, "a_max": 100}, p_mul=p_mul, p_div=p_div, x_target=target)
+        run_until(chip, 10 * HZ)
+        assert chip.position(0) == (target - 1 if target > 0 else target + 1)
+        assert chip.velocity(0) == 0
+        assert chip.next_event() == NEVER
+        assert chip.read_status() & 1 == 0
 
 
 def test_the_oracle_is_plain():

@@ -1,5 +1,8 @@
 """The vendor's own host library, unmodified, against `tmcm34x serve`."""
 
+from contextlib import contextmanager
+from random import Random
+
 import pytest
 from pytrinamic.connections import ConnectionManager
 from pytrinamic.modules import TMCM3110
@@ -11,6 +14,8 @@ SPEED = 20
 """Virtual seconds per second: moves need not take long."""
 
 ACTUAL, SPEED_NOW, MAX_SPEED, MAX_ACCELERATION, REACHED = 1, 3, 4, 5, 8
+RAMP_DIV, PULSE_DIV = 153, 154
+TICK_TIMER = 132
 USER_BANK = 2
 
 
@@ -20,20 +25,45 @@ def served(serve_once):
     return serve_once("--pty", "--tcp", 0, "--speed", SPEED)
 
 
-@pytest.fixture(params=["serial_tmcl", "socket_serial_tmcl"])
-def interface(request, served):
+@pytest.fixture(scope="module")
+def slow(serve_once):
+    """A module slow enough for a host to see every millisecond."""
+    return serve_once("--tcp", 0, "--speed", 4)
+
+
+@contextmanager
+def connected(served, kind):
     """A PyTrinamic connection to a module as it left the factory."""
     with Connection(open_stream(served.tcp), timeout_s=0.05, retries=50) as connection:
         module = Module(connection)
         module.restore_factory_settings()  # not answered; and what comes while it restarts is lost
         assert module.tick_timer >= 0
-    port = served.pty if request.param == "serial_tmcl" else served.tcp
-    with ConnectionManager(f"--interface {request.param} --port {port} --timeout 3").connect() as connection:
+    port = served.pty if kind == "serial_tmcl" else served.tcp
+    with ConnectionManager(f"--interface {kind} --port {port} --timeout 3").connect() as connection:
         yield connection
 
 
+@pytest.fixture(params=["serial_tmcl", "socket_serial_tmcl"])
+def interface(request, served):
+    """A connection over each of the links."""
+    with connected(served, request.param) as connection:
+        yield connection
+
+
+@pytest.fixture
+def close_look(slow):
+    """A connection to the slow module."""
+    with connected(slow, "socket_serial_tmcl") as connection:
+        yield connection
+
+
+def ask_until(condition):
+    """Ask without a pause until it holds; the number of questions is bounded."""
+    assert any(condition() for _ in range(20_000))
+
+
 def at_rest(interface, axis, position):
-    """Whether a motor stands there: it may go a step too far after it has reached its target."""
+    """Whether a motor stands there."""
     return (
         interface.get_axis_parameter(ACTUAL, axis, signed=True) == position
         and interface.get_axis_parameter(SPEED_NOW, axis, signed=True) == 0
@@ -88,6 +118,51 @@ def test_a_move_by_a_distance_starts_at_the_actual_position(interface, wait_for)
     assert wait_for(lambda: at_rest(interface, 2, -3000))
 
 
+@pytest.mark.parametrize(
+    ("max_acceleration", "ramp_div", "pulse_div"),
+    [
+        (1000, 7, 3),
+        (500, 7, 3),
+        (100, 7, 3),
+        (2047, 7, 3),
+        (2047, 4, 4),
+        (500, 3, 2),
+        (1000, 5, 4),
+        (50, 3, 3),
+        (300, 8, 5),
+    ],
+)
+def test_every_move_reads_its_target_when_it_is_reached_and_2_ms_later(
+    close_look, max_acceleration, ramp_div, pulse_div
+):
+    interface = close_look
+    random = Random(max_acceleration)
+    for axis in range(3):
+        for number, value in (
+            (MAX_ACCELERATION, max_acceleration),
+            (RAMP_DIV, ramp_div),
+            (PULSE_DIV, pulse_div),
+        ):
+            interface.set_axis_parameter(number, axis, value)
+    for _ in range(12):
+        targets = [random.randint(-300, 300) for _ in range(3)]
+        for axis, target in enumerate(targets):
+            interface.move_to(axis, target)
+            ask_until(lambda axis=axis: interface.get_axis_parameter(REACHED, axis))
+            assert interface.get_axis_parameter(ACTUAL, axis, signed=True) == target
+            reached_ms = interface.get_global_parameter(TICK_TIMER, 0)
+            ask_until(lambda since=reached_ms: interface.get_global_parameter(TICK_TIMER, 0) >= since + 2)
+            assert interface.get_axis_parameter(REACHED, axis) == 1
+            assert at_rest(interface, axis, target)
+
+
+def test_a_hundred_chained_moves_do_not_drift(close_look):
+    for _ in range(100):
+        close_look.move_by(0, 320)
+        ask_until(lambda: close_look.get_axis_parameter(REACHED, 0))
+    assert at_rest(close_look, 0, 32_000)
+
+
 def test_rotation_reaches_its_speed_and_stops(interface, wait_for):
     interface.rotate(1, -600)
     assert wait_for(lambda: interface.get_axis_parameter(SPEED_NOW, 1, signed=True) == -600)
@@ -135,7 +210,7 @@ def test_the_class_of_the_nearest_module_drives_three_axes(interface, wait_for):
         lambda: module.motors[0].get_position_reached() and module.motors[1].get_position_reached()
     )
     assert wait_for(lambda: at_rest(interface, 0, 30_000))
-    assert module.motors[1].actual_position == pytest.approx(-15_000, abs=1)
+    assert module.motors[1].actual_position == -15_000
     assert module.motors[2].actual_velocity == 700
     module.stop(2)
     assert wait_for(lambda: module.motors[2].actual_velocity == 0)

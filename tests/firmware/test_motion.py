@@ -347,12 +347,12 @@ def test_rotating_after_an_interpolated_move_uses_the_full_acceleration():
 
 
 def test_a_move_ends_where_the_closed_form_says():
-    """51,200 microsteps at 1000 and A_MAX 500 take 0.84714 s as an ideal trapezoid (datasheet units)."""
+    """51,200 microsteps at 1000 and A_MAX 500 take 0.84714 s as an ideal trapezoid, and 1 ms more for the last."""
     module = switched_on()
     host = Host(module)
     for line in ("SAP 4, 0, 1000", "SAP 5, 0, 500", "SAP 153, 0, 3", "SAP 154, 0, 2", "MVP ABS, 0, 51200"):
         host.do(line)
     run_until(module, round(0.84 * HZ))
     assert host.do("GAP 8, 0") == 0
-    run_until(module, round(0.848 * HZ))
+    run_until(module, round(0.849 * HZ))
     assert host.do("GAP 8, 0") == 1

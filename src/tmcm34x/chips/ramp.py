@@ -397,7 +397,7 @@ class Braking(Part):
         for begin in range(n, n + count * interval, interval):
             if way <= lowest:
                 return begin, speed, way
-            v = isqrt(factor * (way + 2047 >> 11) >> shift)
+            v = isqrt(factor * (way - 1 >> 11) >> shift)
             slowest = speed - a_max
             speed = v << 8
             if slowest > speed:
@@ -458,6 +458,7 @@ class Axis:
         "dx_ref_tolerance",
         "factor",
         "left",
+        "margin",
         "mode",
         "parts",
         "pdiv",
@@ -500,6 +501,7 @@ class Axis:
         self.rise = self.ramp_div - self.pulse_div
         self.shift = 3 + self.pdiv
         self.factor = self.pmul if self.mode == SOFT else self.pmul << 11
+        self.margin = 0 if self.mode == SOFT else 1
         self.dense = self.mode == RAMP and self.rise >= 0 and 8 << self.pdiv < self.pmul << self.rise
         self.parts.clear()
         self.begin = self.seen = state
@@ -590,9 +592,11 @@ class Axis:
     def allowed(self, far: int) -> int:
         """The highest velocity at a distance of at least 1 from which the axis can brake to the target.
 
+        In ramp mode it brakes for the step before the target, and V_MIN makes the last one.
+
         Source: datasheet 8.1.10; fidelity CHIP-1 (square root) and CHIP-2 (soft mode).
         """
-        limit = self.factor * min(far, FARTHEST) >> self.shift
+        limit = self.factor * (min(far, FARTHEST) - self.margin) >> self.shift
         return min(self.v_max, max(self.v_min, limit if self.mode == SOFT else isqrt(limit)))
 
     def nearest(self, velocity: int) -> int:
@@ -600,7 +604,7 @@ class Axis:
         if velocity <= self.v_min:
             return 1
         limit = velocity if self.mode == SOFT else velocity * velocity
-        return -((-limit << self.shift) // self.factor)
+        return self.margin - ((-limit << self.shift) // self.factor)
 
     def aim(self, v: int, x: int) -> int:
         """The velocity, signed and in 1/256, that the axis moves toward."""
