@@ -314,8 +314,7 @@ Rest:   JA    Rest
 def look_at_everything(session):
     for items in session.view.scopes().values():
         for item in items():
-            if not item.acting:
-                session.view.evaluate(item.expression)
+            session.view.evaluate(item.expression)
     session.frames()
 
 

@@ -117,3 +117,14 @@ def test_what_is_called_writable_takes_its_own_value(rig, view):
                 view.assign(item.expression, str(value))
                 run_until(rig, rig.now + 1)
                 assert item.name == "tick_timer" or view.evaluate(item.expression) == value
+
+
+def test_on_a_real_module_only_what_acts_is_read_on_demand(view):
+    def silent(instruction):
+        raise AssertionError(instruction)
+
+    remote = View(silent, silent)
+    acting = {item.name for items in remote.scopes().values() for item in items() if item.acting}
+    assert {"load_value", "driver_error_flags", "encoder_position", "random_number"} < acting
+    assert "actual_position" not in acting
+    assert not any(item.acting for items in view.scopes().values() for item in items())

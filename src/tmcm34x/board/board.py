@@ -49,6 +49,10 @@ class Driver(Protocol):
         """Take a control word of 12 bits, return the status word."""
         ...
 
+    def preview(self, word: int) -> int:
+        """The status word that `transfer` would return, without any effect."""
+        ...
+
 
 class Board:
     """A board of one `model`; all pins idle, nothing attached."""
@@ -149,6 +153,10 @@ class Board:
         mask = (1 << 8 * nbytes) - 1
         return device.exchange(data & mask, nbytes) & mask
 
+    def spi_device(self, select: int) -> SpiDevice | None:
+        """What is connected to select line 0..2."""
+        return self._spi[select]
+
     def set_current(self, motor: int, current: int) -> None:
         """Set the driver's current scaling, 0..255; a TMCM-342 has no such wire."""
         if self.model.drivers is not None and current != self.currents[motor]:
@@ -246,10 +254,19 @@ class Board:
         """
         if self.model.drivers is None:
             return 0
-        bits, _ = self.chips[0].driver_datagram()
         statuses = 0
-        for motor, driver in enumerate(self._drivers):
-            word = bits >> DRIVER_BITS * (2 - motor) & _DRIVER_MASK
-            status = QUIET_DRIVER if driver is None else driver.transfer(word)
-            statuses = statuses << DRIVER_BITS | status
+        for driver, word in zip(self._drivers, self._driver_words(), strict=True):
+            statuses = statuses << DRIVER_BITS | (QUIET_DRIVER if driver is None else driver.transfer(word))
         return statuses
+
+    def preview_driver_status(self, motor: int) -> int:
+        """The status word that a motor's driver would send now, without a datagram; 0 on a TMCM-342."""
+        if self.model.drivers is None:
+            return 0
+        driver = self._drivers[motor]
+        return QUIET_DRIVER if driver is None else driver.preview(self._driver_words()[motor])
+
+    def _driver_words(self) -> list[int]:
+        """The control words of the motion chip's present datagram, by motor."""
+        bits, _ = self.chips[0].driver_datagram()
+        return [bits >> DRIVER_BITS * (2 - motor) & _DRIVER_MASK for motor in range(len(self._drivers))]

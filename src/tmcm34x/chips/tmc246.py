@@ -13,6 +13,7 @@ Source: TMC246 data sheet V2.02, chapters 3 to 5; the word is the same in the TM
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from enum import IntFlag
 from types import MappingProxyType
 from typing import Final, NamedTuple
@@ -236,3 +237,7 @@ class Tmc246:
             if condition.speed:
                 self._load = load_reading(condition, mixed_decay=self.mixed_decay)
         return self.status()
+
+    def preview(self, word: int) -> int:
+        """The status word that `transfer` would return now; nothing is latched."""
+        return copy(self).transfer(word)

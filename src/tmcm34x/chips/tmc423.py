@@ -11,6 +11,7 @@ Source: TMC423 data sheet V1.3, chapters 5 to 7.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from typing import Final, Protocol
 
 ENCODERS: Final = 3
@@ -165,6 +166,12 @@ class Counter:
         """The counter's whole part, 24 bits, unsigned."""
         return (self._count // UNITS if self._held is None else self._held) & 0xFF_FFFF
 
+    def preview(self) -> int:
+        """What `position` would be after sampling now; nothing is counted."""
+        twin = copy(self)
+        twin.sample()
+        return twin.position
+
     def preload(self, value: int) -> None:
         """Set the counter, dropping its fraction."""
         self.sample()
@@ -203,6 +210,10 @@ class Tmc423:
             self._write(address, value)
             reply = 0
         return self._flags() | reply
+
+    def preview(self, n: int) -> int:
+        """The position register of encoder `n` as `exchange` would read it now; nothing is counted."""
+        return self.counters[n].preview() if self._held is None else self._held[n]
 
     def _flags(self) -> int:
         return sum(counter.null_seen << (30 - n) for n, counter in enumerate(self.counters))

@@ -61,11 +61,6 @@ _USER_BANK: Final = 2
 _SHUTDOWN_PORT: Final = 10
 _SHUTDOWN_SOURCE: Final = 8
 _ALL: Final = 255
-_ACTING: Final = frozenset({
-    "load_value", "driver_error_flags", "encoder_position",
-    "datagram_low_word", "datagram_high_word", "random_number",
-})  # fmt: skip
-"""Parameters whose reading does something: a driver is asked, a number drawn (fidelity DBG-3)."""
 _COMPARISONS: Final = {"equal": 0, "lower": -1, "greater": 1}
 
 
@@ -74,7 +69,7 @@ class Item(NamedTuple):
 
     expression: by which it can be asked for and assigned to
     meaning: in our words; choices: of some values
-    acting: reading it does something in the module, so it is read on demand only
+    acting: reading it does something in a module at the end of a line, so it is read on demand only
     """
 
     name: str
@@ -88,7 +83,8 @@ class Item(NamedTuple):
 class View:
     """Names to values, both ways.
 
-    read, write: have a command executed; `read` leaves no trace in the module
+    read: answers a reading command; a module in this process is looked at without acting (`Module.peek`)
+    write: has a command executed
     module: in this process, for what no command tells; None for one at the end of a line
     world: its bench, for hands on the inputs
     """
@@ -106,14 +102,7 @@ class View:
     @classmethod
     def of(cls, module: Module, world: World | None = None) -> View:
         """The view of a module in this process."""
-
-        def read(instruction: Instruction) -> tuple[int, int]:
-            return module.dispatcher.execute(instruction)
-
-        def write(instruction: Instruction) -> tuple[int, int]:
-            return module.execute(instruction)
-
-        return cls(read, write, module=module, world=world)
+        return cls(module.peek, module.execute, module=module, world=world)
 
     # Names
 
@@ -251,14 +240,26 @@ class View:
             for m in range(MOTORS)
         ]
         scopes["Inputs and outputs"] = self._lines
-        scopes["Global parameters"] = _globals
+        scopes["Global parameters"] = self._globals
         return scopes
 
     def _axis(self, motor: int) -> list[Item]:
         rows = [row for row in axis_parameters.AXIS_PARAMETERS if row.readable]
         if self._module is not None:
             rows = [row for row in rows if self._module.board.model.number in row.models]
-        return [_parameter_item(row, f"ap[{row.number}][{motor}]") for row in rows]
+        return [self._parameter(row, f"ap[{row.number}][{motor}]") for row in rows]
+
+    def _globals(self) -> list[Item]:
+        return [
+            self._parameter(row, f"gp[{row.number}][{row.bank}]")
+            for row in global_parameters.GLOBAL_PARAMETERS
+            if row.bank != _USER_BANK and row.readable
+        ]
+
+    def _parameter(self, row: AxisParameter | GlobalParameter, expression: str) -> Item:
+        meaning = f"{row.number} {row.name}" + (f" [{row.unit}]" if row.unit else "")
+        acting = self._module is None and bool(row.effect)
+        return Item(row.key, expression, row.writable, meaning, row.choices, acting)
 
     def _lines(self) -> list[Item]:
         by_hand = self._world is not None
@@ -318,19 +319,6 @@ def _check_count(name: str, indices: tuple[int, ...], count: int) -> None:
         raise ExpressionError(
             f"{name}{'[...]' * count} takes {count or 'no'} {'index' if count == 1 else 'indices'}"
         )
-
-
-def _parameter_item(row: AxisParameter | GlobalParameter, expression: str) -> Item:
-    meaning = f"{row.number} {row.name}" + (f" [{row.unit}]" if row.unit else "")
-    return Item(row.key, expression, row.writable, meaning, row.choices, row.key in _ACTING)
-
-
-def _globals() -> list[Item]:
-    return [
-        _parameter_item(row, f"gp[{row.number}][{row.bank}]")
-        for row in global_parameters.GLOBAL_PARAMETERS
-        if row.bank != _USER_BANK and row.readable
-    ]
 
 
 def _registers() -> list[Item]:

@@ -32,6 +32,11 @@ _DECAY_ON: Final = ONE, ONE
 _FULL_CURRENT: Final = bytes((ONE,) * 4)
 
 
+def load_of(status: int) -> int:
+    """The load in a status word: the driver's reading is smaller for more load (fidelity FW-31)."""
+    return LOAD_MAX - (status >> LOAD_SHIFT)
+
+
 class Drivers:
     """The drivers of all motors; on a TMCM-342 there are none and everything reads 0."""
 
@@ -55,20 +60,30 @@ class Drivers:
 
         Asks for another one, which the chip sends with the next microstep or by itself after a while.
         """
-        transfer = self._board.bus(0)
-        words = transfer(_LOW.read()) & DATA, transfer(_HIGH.read()) & DATA
-        transfer(_LOW.write(0))
+        words = self.peek_datagram_words()
+        self._board.transfer(0, _LOW.write(0))
         return words
+
+    def peek_datagram_words(self) -> tuple[int, int]:
+        """What `datagram_words` gives, without asking for another datagram."""
+        transfer = self._board.bus(0)
+        return transfer(_LOW.read()) & DATA, transfer(_HIGH.read()) & DATA
 
     def load(self, motor: int) -> int:
         """The load, 0..7, greater for more (axis parameter 206)."""
-        if self._board.model.drivers is None:
-            return 0
-        return LOAD_MAX - (self.status(motor) >> LOAD_SHIFT)
+        return load_of(self.status(motor)) if self._board.model.drivers else 0
+
+    def peek_load(self, motor: int) -> int:
+        """What `load` would give now, without a datagram."""
+        return load_of(self._board.preview_driver_status(motor)) if self._board.model.drivers else 0
 
     def flags(self, motor: int) -> int:
         """The error flags (axis parameter 208)."""
         return self.status(motor) & FLAGS
+
+    def peek_flags(self, motor: int) -> int:
+        """What `flags` would give now, without a datagram."""
+        return self._board.preview_driver_status(motor) & FLAGS
 
     def set_pattern(self, motor: int, speed: int, mixed_decay: int, full_step: int) -> None:
         """Choose decay and current cells for a speed.

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tmcm34x.chips.ramp import signed24
-from tmcm34x.chips.tmc423 import CONFIGURATION, POSITION, configuration, datagram
+from tmcm34x.chips.tmc423 import CONFIGURATION, POSITION, Tmc423, configuration, datagram
 
 if TYPE_CHECKING:
     from tmcm34x.board.board import Board
@@ -30,6 +30,15 @@ class Encoders:
         if not self.interface:
             return 0
         return signed24(self._exchange(datagram(POSITION[motor])))
+
+    def peek(self, motor: int) -> int | None:
+        """What `position` would give now, without a datagram; None where another device answers."""
+        if not self.interface:
+            return 0
+        device = self._board.spi_device(self.interface - 1)
+        if device is None:
+            return 0
+        return signed24(device.preview(motor)) if isinstance(device, Tmc423) else None
 
     def preload(self, motor: int, position: int) -> None:
         """Set a counter."""

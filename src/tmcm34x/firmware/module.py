@@ -22,6 +22,7 @@ from tmcm34x.firmware.drivers import Drivers
 from tmcm34x.firmware.encoder import Encoders
 from tmcm34x.firmware.motion import Axis, Motion
 from tmcm34x.firmware.parameters import restore_axes
+from tmcm34x.firmware.peek import peek
 from tmcm34x.firmware.program import Program
 from tmcm34x.firmware.reference import ReferenceSearch
 from tmcm34x.firmware.serial import SerialPort
@@ -287,6 +288,10 @@ class Module:
             self.settle()
         return result
 
+    def peek(self, instruction: Instruction) -> Result:
+        """What a reading command would be answered with now, without any effect; see `firmware.peek`."""
+        return peek(self, instruction)
+
     def execute_in_program(self, instruction: Instruction) -> Result:
         """Execute a command of the stand-alone program; control functions are not for programs."""
         if instruction.number in _CONTROL:
@@ -331,6 +336,11 @@ class Module:
     def random_number(self) -> int:
         """The next of a sequence that begins with the seed, 0..2^31 - 1 (fidelity FW-52)."""
         self._random = (self._random * _RANDOM_FACTOR + 1) & _RANDOM_MASK
+        return self.last_random_number
+
+    @property
+    def last_random_number(self) -> int:
+        """The last number of the sequence."""
         return self._random >> 33
 
     def post(self, port: Port, data: bytes) -> None:

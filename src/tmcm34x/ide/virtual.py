@@ -14,7 +14,6 @@ from tmcm34x import clock
 from tmcm34x.board.board import INPUTS
 from tmcm34x.debug.sessions.base import Listener
 from tmcm34x.debug.sessions.live import LiveSession
-from tmcm34x.firmware.drivers import FLAGS, LOAD_MAX, LOAD_SHIFT
 from tmcm34x.firmware.motion import A_ACTUAL, RAMP_MODE, STOP_SWITCHES, V_ACTUAL, V_TARGET, X_ACTUAL, X_TARGET
 from tmcm34x.ide import wire
 from tmcm34x.ide.exchange import ASCII_MODE, FACTORY_RESET, answered, unanswered
@@ -36,7 +35,8 @@ LONGEST_STEP_MS: Final = 10_000
 COORDINATE_BANK: Final = -2
 
 _EVENT: Final = bytes((Status.POSITION_REACHED, 138))
-_GAP: Final = BY_MNEMONIC["GAP"].number
+_READERS: Final = {-1: BY_MNEMONIC["GAP"].number, COORDINATE_BANK: BY_MNEMONIC["GCO"].number}
+"""Commands that read what is no global parameter, by the bank that stands for it."""
 _GGP: Final = BY_MNEMONIC["GGP"].number
 _ENCODER_NONE: Final = 0
 
@@ -216,13 +216,10 @@ class Virtual:
     def _read(self, item: wire.Watched) -> int | None:
         if not self.module.powered:
             return None
-        if item.bank == COORDINATE_BANK:
-            coordinates = self.module.coordinates[item.motor] if 0 <= item.motor < MOTORS else []
-            return coordinates[item.number] if 0 <= item.number < len(coordinates) else None
-        if not (0 <= item.number <= 255 and 0 <= item.motor <= 255 and -1 <= item.bank <= 255):
+        if not (0 <= item.number <= 255 and 0 <= item.motor <= 255 and COORDINATE_BANK <= item.bank <= 255):
             return None
-        number, motor = (_GAP, item.motor) if item.bank < 0 else (_GGP, item.bank)
-        status, value = self.module.execute(Instruction(number, item.number, motor))
+        number, field = (_GGP, item.bank) if item.bank >= 0 else (_READERS[item.bank], item.motor)
+        status, value = self.module.peek(Instruction(number, item.number, field))
         return value if status == Status.OK else None
 
     def watch(self, items: Sequence[wire.Watched]) -> None:
@@ -272,17 +269,17 @@ class Virtual:
         board = module.board
         view = self.world.mounts[motor].view()
         on = module.powered and board.enabled[motor] and board.currents[motor] > 0
-        word = module.drivers.status(motor) if module.powered and board.model.drivers else None
+        drivers = module.drivers if module.powered else None
         flags = bits(
             axis.left_switch, axis.right_switch, axis.left_switch, axis.at_target,
             bool(axis.read(STOP_SWITCHES[0])), bool(axis.read(STOP_SWITCHES[1])), on,
             view.grip in {"stalled", "blocked"},
         )  # fmt: skip
-        encoder = module.encoders.position(motor) if module.powered and module.encoders.interface else 0
+        encoder = module.encoders.peek(motor) if module.powered else None
         put(
             state, f"motor{motor}", axis.read(X_ACTUAL), axis.read(X_TARGET), axis.read(V_ACTUAL), axis.read(V_TARGET),
-            axis.read(A_ACTUAL), encoder, flags, 0 if word is None else LOAD_MAX - (word >> LOAD_SHIFT),
-            0 if word is None else word & FLAGS, board.currents[motor] if on else 0, axis.read(RAMP_MODE),
+            axis.read(A_ACTUAL), encoder or 0, flags, drivers.peek_load(motor) if drivers else 0,
+            drivers.peek_flags(motor) if drivers else 0, board.currents[motor] if on else 0, axis.read(RAMP_MODE),
             module.searches[motor].state, axis.values.get(140, 0), view.angle_rad, round(view.lost_fullsteps),
             view.load, view.position,
         )  # fmt: skip

@@ -11,18 +11,40 @@ default   factory default, and value after power-on where not stored
 unit      of the value, empty for a plain number
 models    modules that have it
 meaning   in our words
+choices   values with a name
+effect    what reading it does in the module; empty where reading does nothing
+
+`kind` says what a value is; it follows from the other columns.
 
 Source: manual 6.7.5 to 6.7.8 and 7.1; defaults and departures: docs/fidelity.md (TMCL).
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 from tmcm34x.tmcl.commands import INT32_MAX, INT32_MIN, POSITION_MAX, POSITION_MIN
 
 Choices = tuple[tuple[int, str], ...]
+
+Kind = Literal["position", "speed", "acceleration", "current", "time", "flag", "choice", "bits", "number"]
+"""What the value of a parameter is."""
+
+_KIND_OF_UNIT: Final[Mapping[str, Kind]] = MappingProxyType({
+    "microsteps": "position", "encoder steps": "position", "velocity units": "speed",
+    "acceleration units": "acceleration", "1/255 of the module's maximum": "current", "ms": "time", "10 ms": "time",
+    "bit mask": "bits",
+})  # fmt: skip
+
+
+def kind_of(unit: str, low: int, high: int, choices: Choices) -> Kind:
+    """What the values of a parameter with these columns are."""
+    if choices:
+        return "choice"
+    return "flag" if (low, high) == (0, 1) else _KIND_OF_UNIT.get(unit, "number")
+
 
 ALL: Final = frozenset({341, 342, 343})
 WITH_DRIVERS: Final = frozenset({341, 343})
@@ -43,7 +65,13 @@ class AxisParameter(NamedTuple):
     models: frozenset[int]
     meaning: str
     choices: Choices = ()
+    effect: str = ""
     section: str = "7.1"
+
+    @property
+    def kind(self) -> Kind:
+        """What its value is."""
+        return kind_of(self.unit, self.low, self.high, self.choices)
 
     @property
     def readable(self) -> bool:
@@ -60,6 +88,8 @@ class AxisParameter(NamedTuple):
         """Whether STAP and RSAP know it."""
         return "E" in self.access
 
+
+_ASKS_DRIVERS: Final = "sends the motor drivers a datagram"
 
 AXIS_PARAMETERS: Final[tuple[AxisParameter, ...]] = (
     AxisParameter(
@@ -181,16 +211,16 @@ AXIS_PARAMETERS: Final[tuple[AxisParameter, ...]] = (
     ),
     AxisParameter(
         206, "load_value", "actual load value", "R", 0, 7, 0, "", WITH_DRIVERS,
-        "Load as the driver measures it, greater for more load.",
+        "Load as the driver measures it, greater for more load.", effect=_ASKS_DRIVERS,
     ),
     AxisParameter(
-        208, "driver_error_flags", "driver error flags", "R", 0, 255, 0, "bits", WITH_DRIVERS,
+        208, "driver_error_flags", "driver error flags", "R", 0, 255, 0, "bit mask", WITH_DRIVERS,
         "Bits 0, 1: overcurrent low side A, B; 2, 3: open load A, B; 4: overcurrent high side; 5: undervoltage; "
-        "6: temperature warning; 7: overtemperature.",
+        "6: temperature warning; 7: overtemperature.", effect=_ASKS_DRIVERS,
     ),
     AxisParameter(
         209, "encoder_position", "encoder position", "RW", POSITION_MIN, POSITION_MAX, 0, "encoder steps", ALL,
-        "Counter of the axis's encoder on a TMCM-323.",
+        "Counter of the axis's encoder on a TMCM-323.", effect="exchanges a datagram with the encoder module",
     ),
     AxisParameter(
         210, "encoder_prescaler", "encoder prescaler", "RWE", INT32_MIN, INT32_MAX, 512, "1/512", ALL,

@@ -12,7 +12,7 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from tmcm34x.tmcl.axis_parameters import Choices
+from tmcm34x.tmcl.axis_parameters import Choices, Kind, kind_of
 from tmcm34x.tmcl.commands import INT32_MAX, INT32_MIN, PROGRAM_SIZE, USER_VARIABLES
 
 EEPROM_MAGIC: Final = 0xE4
@@ -44,7 +44,13 @@ class GlobalParameter(NamedTuple):
     unit: str
     meaning: str
     choices: Choices = ()
+    effect: str = ""
     section: str = "8.1"
+
+    @property
+    def kind(self) -> Kind:
+        """What its value is."""
+        return kind_of(self.unit, self.low, self.high, self.choices)
 
     @property
     def readable(self) -> bool:
@@ -69,16 +75,17 @@ def _long_words(first: int, key: str, name: str, meaning: str) -> tuple[GlobalPa
     )
 
 
+_ASKS_DRIVERS: Final = "has the motion chip exchange another datagram with the motor drivers"
 _OFF_ON: Final[Choices] = ((0, "off"), (1, "on"))
 
 GLOBAL_PARAMETERS: Final[tuple[GlobalParameter, ...]] = (
     GlobalParameter(
         0, 0, "datagram_low_word", "datagram low word", "R", 0, 0xFFFFFF, 0, "",
-        "Lower 24 bits of what the motor drivers last sent to the motion chip.",
+        "Lower 24 bits of what the motor drivers last sent to the motion chip.", effect=_ASKS_DRIVERS,
     ),
     GlobalParameter(
         0, 1, "datagram_high_word", "datagram high word", "R", 0, 0xFFFFFF, 0, "",
-        "Upper 24 bits of what the motor drivers last sent to the motion chip.",
+        "Upper 24 bits of what the motor drivers last sent to the motion chip.", effect=_ASKS_DRIVERS,
     ),
     GlobalParameter(
         0, 2, "cover_position", "cover datagram position", "RW", 0, 63, 0, "bits",
@@ -92,7 +99,7 @@ GLOBAL_PARAMETERS: Final[tuple[GlobalParameter, ...]] = (
         "The bits to send over the drivers' datagram; writing it sends them once.",
     ),
     GlobalParameter(
-        0, 5, "reference_switches", "reference switch states", "R", 0, 63, 0, "bits",
+        0, 5, "reference_switches", "reference switch states", "R", 0, 63, 0, "bit mask",
         "All switches as the chip sees them: bit 5 left 3, 4 right 3, 3 left 2, 2 right 2, 1 left 1, 0 right 1.",
     ),
     GlobalParameter(
@@ -119,7 +126,7 @@ GLOBAL_PARAMETERS: Final[tuple[GlobalParameter, ...]] = (
         0, 66, "serial_address", "serial address", "RWE", 0, 255, 1, "", "Address of the module on RS232 and RS485.",
     ),
     GlobalParameter(
-        0, 67, "ascii_mode", "ASCII mode", "RWE", 0, 255, 0, "bits",
+        0, 67, "ascii_mode", "ASCII mode", "RWE", 0, 255, 0, "bit mask",
         "Bit 0: start in ASCII mode. Bits 5 and 4: echo of each character (00), of the whole line (01), none (10).",
     ),
     GlobalParameter(
@@ -193,6 +200,7 @@ GLOBAL_PARAMETERS: Final[tuple[GlobalParameter, ...]] = (
     ),
     GlobalParameter(
         0, 133, "random_number", "random number", "R", 0, INT32_MAX, 0, "", "Another number at each reading.",
+        effect="draws the next number",
     ),
     GlobalParameter(
         0, 255, "disable_reply", "disable reply", "RW", 0, 1, 0, "", "1 keeps the module from answering.", _OFF_ON,
