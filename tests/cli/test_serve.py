@@ -367,3 +367,21 @@ def test_a_bench_file_with_mistakes_is_refused_in_one_line(tmp_path, text):
 def test_a_can_bus_that_is_not_there_is_refused():
     assert refused("--can", "socketcan:no-such-bus").startswith("cannot join socketcan:no-such-bus: ")
     assert refused("--can", "socketcan").startswith("Invalid value for '--can'")
+
+
+def test_faults_and_pace_are_options(serve):
+    served = serve(
+        "--tcp", 0, "--pace", "--fault", "bad_checksum,count=1", "--fault", "status=4,after=1,count=1"
+    )
+    with Socket(served.tcp) as client:
+        start_s = time.monotonic()
+        with pytest.raises(ValueError, match="checksum"):
+            client.ask(10, 66, 0)
+        assert client.ask(10, 66, 0).status == 4
+        assert client.ask(10, 66, 0).value == 1
+        assert time.monotonic() - start_s >= 3 * 19 * 10 / 9600
+
+
+@pytest.mark.parametrize("text", ["garbel", "status", "drop,count=none"])
+def test_what_is_no_fault_is_refused(text):
+    assert refused("--fault", text).startswith("Invalid value for '--fault'")

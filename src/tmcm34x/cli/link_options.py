@@ -12,6 +12,7 @@ from tmcm34x.cli import CliError
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.links import CanLink, Link
+    from tmcm34x.links.faults import Fault
     from tmcm34x.server import Server
 
 LOOPBACK: Final = "127.0.0.1"
@@ -47,6 +48,21 @@ class CanAddress(click.ParamType[tuple[str, str]]):
         if not interface or not channel:
             self.fail(f"{value!r} is not INTERFACE:CHANNEL", param, ctx)
         return interface, channel
+
+
+class FaultText(click.ParamType["Fault"]):
+    """A fault of a line, as `links.faults` writes it."""
+
+    name = "FAULT"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Fault:
+        """Take it apart."""
+        from tmcm34x.links.faults import FaultError, parse
+
+        try:
+            return parse(value)
+        except FaultError as error:
+            self.fail(str(error), param, ctx)
 
 
 _OPTIONS: Final = (

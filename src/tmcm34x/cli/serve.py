@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
@@ -22,6 +22,9 @@ from tmcm34x.links.pty import PtyLink
 from tmcm34x.server import EepromFile, EepromFileError, Server, Store, TelegramLog
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import BAUD_RATES
+
+if TYPE_CHECKING:
+    from tmcm34x.links.faulty import Faults
 
 MODELS = ("341", "342", "343")
 _BYTE = click.IntRange(0, 255)
@@ -88,6 +91,19 @@ Examples:
     help="Of virtual time: 1 is real time, 10 ten times as fast, 0.1 slow motion, 0 as fast as possible.",
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
+@click.option(
+    "--pace",
+    is_flag=True,
+    help="Let bytes of serial lines take their time, 10 bits each at the bit rate of global parameter 65.",
+)
+@click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    type=link_options.FaultText(),
+    metavar="NAME[=VALUE][,OPTION=VALUE]...",
+    help="A fault of the lines, such as garble,probability=0.05 or silent,count=3; docs/faults.md lists them.",
+)
 @user_functions.option
 @click.option(
     "--log-telegrams",
@@ -112,8 +128,22 @@ def command(context: click.Context, **options: Any) -> int:
             log=log,
             any_address=options["any_address"],
             strict_baud=options["strict_baud"],
+            paced=options["pace"],
+            faults=_arm(options),
         )
         return asyncio.run(_serve(server, _make_links(options), link_options.make_can_links(options, rig)))
+
+
+def _arm(options: dict[str, Any]) -> Faults | None:
+    """The faults that were asked for."""
+    if not options["faults"]:
+        return None
+    from tmcm34x.links.faulty import Faults
+
+    faults = Faults(seed=options["seed"])
+    for fault in options["faults"]:
+        faults.add(fault)
+    return faults
 
 
 def _make_links(options: dict[str, Any]) -> list[Link]:

@@ -6,13 +6,14 @@ and gets a `Peer` back.
 
 Serial links carry bytes, CAN links frames; both kinds look alike otherwise.
 
-Read in this order: this file, `memory`, `pty`, `tcp`, `serial`, `slcan`, `can`.
+Read in this order: this file, `memory`, `pty`, `tcp`, `serial`, `slcan`, `can`; then what disturbs lines: `timing`,
+`pacing`, `faults`, `faulty`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 Send = Callable[[bytes], None]
 """Takes bytes for the client; bytes that nobody fetches are lost, as on a wire."""
@@ -60,6 +61,23 @@ class Link(Protocol):
 
     def close(self) -> None:
         """Let go of all clients and of the address."""
+        ...
+
+
+@runtime_checkable
+class Plug(Protocol):
+    """A link that can be cut."""
+
+    def hang_up(self) -> None:
+        """Disconnect all clients; they may connect again."""
+        ...
+
+    def unplug(self) -> None:
+        """Disconnect all clients and accept no others."""
+        ...
+
+    def plug_in(self) -> None:
+        """Accept clients again."""
         ...
 
 

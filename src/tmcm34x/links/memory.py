@@ -10,11 +10,15 @@ class MemoryClient:
 
     def __init__(self, connect: Connect, name: str = "memory") -> None:
         self._received = bytearray()
+        self._connect = connect
+        self._name = name
         self._peer: Peer = connect(name, self._received.extend)
+        self.connected = True
 
     def write(self, data: bytes) -> None:
-        """Send `data` to the module."""
-        self._peer.receive(data)
+        """Send `data` to the module; it is lost where the line has been cut."""
+        if self.connected:
+            self._peer.receive(data)
 
     def read(self, size: int | None = None) -> bytes:
         """Up to `size` bytes that the module has sent, all of them by default."""
@@ -25,4 +29,14 @@ class MemoryClient:
 
     def close(self) -> None:
         """Hang up."""
-        self._peer.disconnect()
+        if self.connected:
+            self.connected = False
+            self._peer.disconnect()
+
+    hang_up = unplug = close
+
+    def plug_in(self) -> None:
+        """Connect again, as if for the first time."""
+        if not self.connected:
+            self._peer = self._connect(self._name, self._received.extend)
+            self.connected = True

@@ -16,6 +16,7 @@ import fcntl
 import os
 import termios
 import tty
+from collections.abc import Callable
 from pathlib import Path
 
 from tmcm34x.links import Connect, LinkError, Peer
@@ -38,20 +39,13 @@ class PtyLink:
         self._path = ""
         self._descriptor: Descriptor | None = None
         self._peer: Peer | None = None
+        self.moved: Callable[[str], None] | None = None
+        """Called with the new address when the terminal has been replaced (`plug_in`)."""
 
     async def open(self, connect: Connect) -> str:
         """Create the terminal; returns its path, or that of the symbolic link."""
-        try:
-            self._master, self._slave = os.openpty()
-        except OSError as error:
-            raise LinkError(f"no pseudo terminal to be had: {error.strerror}") from error
-        self._path = os.ttyname(self._slave)
         self._connect = connect
-        tty.setraw(self._slave)
-        if self._link is not None:
-            self._make_link(self._link)
-        self._listen()
-        return self._path if self._link is None else str(self._link)
+        return self._start()
 
     def close(self) -> None:
         """Remove the symbolic link and hang up."""
@@ -59,11 +53,38 @@ class PtyLink:
             self._remove_link(self._link)
         if self._descriptor is not None:
             self._descriptor.stop()
+            self._descriptor = None
         self._drop_peer()
         self._release_slave()
         if self._master != _NO_FD:
             os.close(self._master)
             self._master = _NO_FD
+
+    def hang_up(self) -> None:
+        """Replace the terminal by another one: clients see theirs gone."""
+        self.unplug()
+        self.plug_in()
+
+    unplug = close
+
+    def plug_in(self) -> None:
+        """Make another terminal, under the same symbolic link; `moved` gets its address."""
+        if self._master == _NO_FD:
+            address = self._start()
+            if self.moved is not None:
+                self.moved(address)
+
+    def _start(self) -> str:
+        try:
+            self._master, self._slave = os.openpty()
+        except OSError as error:
+            raise LinkError(f"cannot create a pseudo terminal: {error.strerror}") from error
+        self._path = os.ttyname(self._slave)
+        tty.setraw(self._slave)
+        if self._link is not None:
+            self._make_link(self._link)
+        self._listen()
+        return self._path if self._link is None else str(self._link)
 
     def baud_rate(self) -> int:
         """The bit rate that the client has set, 0 if it is none that has a name."""
@@ -97,10 +118,10 @@ class PtyLink:
 
     def _receive_first(self, data: bytes) -> None:
         assert self._descriptor is not None
-        self._peer = self._connect(self.kind, self._descriptor.send)
-        self._descriptor.receive = self._peer.receive
+        self._peer = peer = self._connect(self.kind, self._descriptor.send)
+        self._descriptor.receive = peer.receive
         self._release_slave()
-        self._peer.receive(data)
+        peer.receive(data)
 
     def _release_slave(self) -> None:
         if self._slave != _NO_FD:

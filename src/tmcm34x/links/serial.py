@@ -45,9 +45,24 @@ class SerialLink:
 
     def close(self) -> None:
         """Close the port."""
+        self.unplug()
+
+    def hang_up(self) -> None:
+        """Close the port and open it again."""
+        self.unplug()
+        self.plug_in()
+
+    def unplug(self) -> None:
+        """Close the port."""
         if self._retry is not None:
             self._retry.cancel()
+            self._retry = None
         self._stop()
+
+    def plug_in(self) -> None:
+        """Open the port again."""
+        if self._port is None:
+            self._restart()
 
     def _start(self) -> None:
         self._port = serial.Serial(self._device, self._baud, timeout=0, exclusive=True)

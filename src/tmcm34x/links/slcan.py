@@ -54,6 +54,18 @@ class SlcanLink:
         """Remove the symbolic link and hang up."""
         self._pty.close()
 
+    def hang_up(self) -> None:
+        """Replace the terminal by another one."""
+        self._pty.hang_up()
+
+    def unplug(self) -> None:
+        """Remove the terminal."""
+        self._pty.unplug()
+
+    def plug_in(self) -> None:
+        """Make another terminal."""
+        self._pty.plug_in()
+
 
 class _Refused(Exception):  # noqa: N818
     """A line that the adapter answers with BELL."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+from collections.abc import Callable
 from typing import cast
 
 from tmcm34x.links import Connect, LinkError, Peer
@@ -26,13 +27,14 @@ class TcpLink:
         self._port = port
         self._clients: set[_Client] = set()
         self._server: asyncio.Server | None = None
+        self._unplugged = False
 
     async def open(self, connect: Connect) -> str:
         """Listen; returns `host:port` with the port in use."""
         loop = asyncio.get_running_loop()
         try:
             self._server = await loop.create_server(
-                lambda: _Client(connect, self._clients), self._host, self._port
+                lambda: _Client(connect, self._clients, self._accepts), self._host, self._port
             )
         except OSError as error:
             reason = os.strerror(error.errno) if error.errno and error.errno > 0 else error.strerror
@@ -43,27 +45,54 @@ class TcpLink:
         """Stop listening and drop all clients."""
         if self._server is not None:
             self._server.close()
+        self.hang_up()
+
+    def hang_up(self) -> None:
+        """Reset all connections."""
         for client in tuple(self._clients):
             client.abort()
+
+    def unplug(self) -> None:
+        """Reset all connections, and new ones at once."""
+        self._unplugged = True
+        self.hang_up()
+
+    def plug_in(self) -> None:
+        """Accept connections again."""
+        self._unplugged = False
+
+    def _accepts(self) -> bool:
+        return not self._unplugged
 
 
 class _Client(asyncio.Protocol):
     """One connection.  A client that does not fetch its replies is not read from meanwhile."""
 
-    def __init__(self, connect: Connect, clients: set[_Client]) -> None:
+    def __init__(self, connect: Connect, clients: set[_Client], accepts: Callable[[], bool]) -> None:
         self._connect = connect
         self._clients = clients
+        self._accepts = accepts
+        self._peer: Peer | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast(asyncio.Transport, transport)
+        name = transport.get_extra_info("peername")
+        if not name or not self._accepts():  # a client that reset its connection has no name any more
+            self._transport.abort()
+            return
         self._clients.add(self)
-        host, port, *_ = transport.get_extra_info("peername")
-        self._peer: Peer = self._connect(f"tcp {_join(host, port)}", self._transport.write)
+        self._peer = self._connect(f"tcp {_join(*name[:2])}", self._send)
         self.data_received = self._peer.receive  # no frame of ours between the loop and the module
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._clients.discard(self)
-        self._peer.disconnect()
+        if self._peer is not None:
+            self._peer.disconnect()
+
+    def _send(self, data: bytes) -> None:
+        # asyncio complains on the error output about what is written to a connection that was reset.
+        if not self._transport.is_closing():
+            self._transport.write(data)
 
     def pause_writing(self) -> None:
         self._transport.pause_reading()

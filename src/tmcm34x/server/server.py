@@ -17,13 +17,16 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
-from tmcm34x.links import BusPeer, CanLink, Link, Peer, Send, SendFrame
+from tmcm34x.links import BusPeer, CanLink, Connect, Link, Peer, Plug, Send, SendFrame, pacing
+from tmcm34x.links.timing import LoopTiming
 from tmcm34x.server.pace import Pace
 from tmcm34x.server.telegram_log import LineLog, Sink
+from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.firmware.serial import SerialPort
+    from tmcm34x.links.faulty import Faults
     from tmcm34x.server.store import Store
 
 SLICE_S: Final = 0.0002
@@ -50,6 +53,8 @@ class Server:
     log: where telegrams are written down
     any_address: serial ports take telegrams for all addresses, as on USB
     strict_baud: a client is heard only at the bit rate of the module's global parameter 65, if its link has one
+    paced: bytes of serial lines take their time at that bit rate
+    faults: what goes wrong on the lines
 
     `open` and `close` belong to a running event loop; `catch_up` needs none.
     """
@@ -64,6 +69,8 @@ class Server:
         log: Sink | None = None,
         any_address: bool = False,
         strict_baud: bool = False,
+        paced: bool = False,
+        faults: Faults | None = None,
     ) -> None:
         self.rig = rig
         self.pace = Pace(speed, monotonic)
@@ -72,6 +79,9 @@ class Server:
         self.log = log
         self.any_address = any_address
         self._strict_baud = strict_baud
+        self._paced = paced
+        self._latency_ms = pacing.LATENCY_MS if paced else 0
+        self.faults = faults
         self._links: list[Link | CanLink] = []
         self._bus: _Bus | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -83,21 +93,41 @@ class Server:
         """Serve clients of `link`; returns the address that they use.  Raises `LinkError`."""
         self._loop = asyncio.get_running_loop()
         baud_rate = link.baud_rate if self._strict_baud else None
+        latency_ms = link.latency_ms + self._latency_ms
 
         def connect(name: str, send: Send) -> Peer:
-            return _Line(self, name, send, link.latency_ms, baud_rate)
+            return _Line(self, name, send, latency_ms, baud_rate)
 
-        address = await link.open(connect)
+        address = await link.open(self._disturbed(connect, link))
         self._links.append(link)
         self.settle()
         return address
+
+    def _disturbed(self, connect: Connect, link: Link) -> Connect:
+        """`connect` with faults and pace: a fault strikes at the module's end of the wire."""
+        timing = LoopTiming(asyncio.get_running_loop())
+        if self.faults is not None:
+            self.faults.timing = timing
+            if isinstance(link, Plug):
+                self.faults.cuts(link)
+            connect = self.faults.wrap(connect)
+        return pacing.pace(connect, self._bit_rate, timing) if self._paced else connect
+
+    def _bit_rate(self) -> int:
+        return BAUD_RATES[self.rig.modules[0].baud_index]
 
     async def open_can(self, link: CanLink) -> str:
         """Serve clients of `link` on the modules' CAN bus; returns the address that they use.  Raises `LinkError`."""
         self._loop = asyncio.get_running_loop()
         if self._bus is None:
             self._bus = _Bus(self)
-        address = await link.open(self._bus.connect)
+        connect = self._bus.connect
+        if self.faults is not None:
+            self.faults.timing = LoopTiming(self._loop)
+            if isinstance(link, Plug):
+                self.faults.cuts(link)
+            connect = self.faults.wrap_bus(connect)
+        address = await link.open(connect)
         self._links.append(link)
         self.settle()
         return address
@@ -115,8 +145,8 @@ class Server:
             await store.close()
 
     def connect(self, name: str, send: Send) -> Peer:
-        """The modules' end of a new line of a client in this process: a `Connect`."""
-        return _Line(self, name, send)
+        """The modules' end of a new line of a client in this process: a `Connect`, without pace and faults."""
+        return _Line(self, name, send, self._latency_ms)
 
     def catch_up(self) -> bool:
         """Bring virtual time to now, or as near as one slice of work allows; says whether it got there.
@@ -229,7 +259,7 @@ class _Line:
         else:
             self._hear = ports[0].receive
         self._time_out_s = TIME_OUT_S + latency_ms / 1000
-        self._last_s = 0.0
+        self._last_s = -math.inf
 
     def receive(self, data: bytes) -> None:
         server = self._server
