@@ -313,6 +313,46 @@ def test_going_on_elsewhere(file):
     assert editor.value("gp[1]") == "0"
 
 
+def test_labels_are_places_to_go_on_at(file):
+    editor = launched(file, stopOnEntry=True)
+    targets = editor.do("gotoTargets", source={"path": str(file)}, line=7)["targets"]
+    assert [target["label"] for target in targets[1:]] == ["Loop:", "Move:"]
+    editor.do("goto", threadId=1, targetId=targets[2]["id"])
+    assert editor.line() == 8
+
+
+def test_a_frame_begins_anew(file):
+    editor = launched(file, 10, stopOnEntry=True)
+    assert (editor.go(), editor.line()) == ("breakpoint", 10)
+    frame = editor.do("stackTrace", threadId=1)["stackFrames"][0]["id"]
+    editor.do("restartFrame", frameId=frame)
+    assert (editor.events("stopped")[-1]["reason"], editor.line()) == ("restart", 8)
+
+
+def test_data_breakpoints_hold_after_a_change(file):
+    editor = launched(file, stopOnEntry=True)
+    info = editor.do("dataBreakpointInfo", name="gp[1]", variablesReference=editor.scope("User variables"))
+    assert (info["dataId"], info["accessTypes"]) == ("gp[1]", ["write"])
+    wanted = [{"dataId": "gp[1]", "hitCondition": "2"}, {"dataId": "gp[1"}]
+    first, second = editor.do("setDataBreakpoints", breakpoints=wanted)["breakpoints"]
+    assert first["verified"] and not second["verified"] and second["message"]
+    assert (editor.go(), editor.value("gp[1]")) == ("data breakpoint", "2")
+    assert editor.events("stopped")[-1]["text"] == "gp[1]: 1 → 2"
+    editor.do("setDataBreakpoints", breakpoints=[])
+    assert editor.go() == "over"
+
+
+def test_a_position_that_is_passed_is_a_data_breakpoint(file):
+    editor = launched(file, stopOnEntry=True)
+    name = "ap[target_position][0] passes 3000"
+    assert editor.do("dataBreakpointInfo", name=name)["dataId"] == name
+    assert editor.do("dataBreakpointInfo", name="ap[999][0]") == {
+        "dataId": None, "description": "ap: 999 is not 0 to 255",
+    }  # fmt: skip
+    editor.do("setDataBreakpoints", breakpoints=[{"dataId": name}])
+    assert (editor.go(), editor.line()) == ("data breakpoint", 9)
+
+
 def test_pausing_an_endless_program(tmp_path):
     file = tmp_path / "endless.tmc"
     file.write_text("Loop: JA Loop\n")
@@ -453,7 +493,7 @@ COMMANDS = (
     "setBreakpoints", "setFunctionBreakpoints", "setInstructionBreakpoints", "stackTrace", "scopes", "variables",
     "setVariable", "setExpression", "evaluate", "completions", "goto", "gotoTargets", "disassemble", "source",
     "breakpointLocations", "continue", "next", "stepIn", "stepOut", "pause", "exceptionInfo", "loadedSources",
-    "configurationDone", "setExceptionBreakpoints",
+    "configurationDone", "setExceptionBreakpoints", "dataBreakpointInfo", "setDataBreakpoints", "restartFrame",
 )  # fmt: skip
 
 

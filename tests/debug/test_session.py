@@ -9,6 +9,7 @@ from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.sessions.base import Text
 from tmcm34x.debug.sessions.bench import BenchSession, at_rest
 from tmcm34x.debug.sessions.live import LiveSession
+from tmcm34x.debug.watches import Watch
 from tmcm34x.tmcl.mnemonic import parse_instruction
 from tmcm34x.toolchain.assembler import assemble
 
@@ -435,3 +436,71 @@ def test_a_live_session_holds_right_after_the_refused_command(refused):
     run_until(rig, 100 * MS)
     session.look()
     assert (notes.stops[-1].reason, module.program.accumulator) == ("exception", 3)
+
+
+def watch(session, *texts, **conditions):
+    session.set_watches([Watch.make(n, text, **conditions) for n, text in enumerate(texts)])
+
+
+def test_a_data_breakpoint_holds_after_the_command_that_changed_the_value():
+    session, notes = bench()
+    session.start()
+    watch(session, "gp[1]")
+    go(session)
+    assert notes.stops[-1].reason == "data breakpoint"
+    assert notes.stops[-1].text == "gp[1]: 0 → 1"
+    assert session.view.read("gp", (1,)) == 1
+    assert lines(session)[0] == PROGRAM.splitlines().index("        RSUB", 11) + 1
+
+
+def test_data_breakpoints_have_conditions_and_hit_counts():
+    session, notes = bench()
+    session.start()
+    watch(session, "gp[1]", condition="gp[1] > 1")
+    go(session)
+    assert session.view.read("gp", (1,)) == 2
+    watch(session, "gp[1]", hits="2")
+    go(session)
+    assert session.over and session.view.read("gp", (1,)) == 3
+    assert len(notes.stops) == 2
+
+
+def test_a_value_that_passes_a_limit_holds_in_either_direction():
+    session, notes = bench("MVP ABS, 0, 3000\nWAIT POS, 0, 0\nMVP ABS, 0, 0\nWAIT POS, 0, 0\nSTOP\n")
+    session.start()
+    watch(session, "ap[target_position][0] passes 2000")
+    go(session)
+    go(session)
+    go(session)
+    texts = [stop.text for stop in notes.stops if stop.reason == "data breakpoint"]
+    assert texts == [
+        "ap[target_position][0] passes 2000: 0 → 3000",
+        "ap[target_position][0] passes 2000: 3000 → 0",
+    ]
+
+
+def test_a_run_with_data_breakpoints_ends_like_one_without():
+    plain, _ = bench()
+    plain.start(hold=False)
+    go(plain)
+    watched, notes = bench()
+    watched.start()
+    watch(watched, "gp[1]", "accumulator", "out[0]")
+    while not watched.over:
+        go(watched)
+    assert len(notes.stops) > 3
+    assert state(watched) == state(plain)
+
+
+def test_a_routine_begins_anew():
+    session, _ = bench()
+    session.start()
+    session.set_breakpoints(breakpoints(11))
+    go(session)
+    assert lines(session) == [12, 9, 3]
+    session.restart_frame(1)
+    assert lines(session) == [8, 3]
+    session.restart_frame(1)
+    assert lines(session) == [1]
+    with pytest.raises(ExpressionError, match="no open routine 1: there are 1"):
+        session.restart_frame(1)

@@ -14,7 +14,7 @@ from typing import Final, Literal, NamedTuple
 
 from tmcm34x.debug.expressions import Expression, ExpressionError, Read, compile_expression, compile_message
 
-Reason = Literal["entry", "breakpoint", "step", "pause", "exception", "end"]
+Reason = Literal["entry", "breakpoint", "data breakpoint", "step", "pause", "exception", "end"]
 
 _HITS: Final = re.compile(r"\s*(>=|<=|==|=|>|<|%)?\s*(\d{1,9})\s*\Z")
 _COMPARE: Final[Mapping[str, Callable[[int, int], bool]]] = MappingProxyType({
@@ -44,7 +44,8 @@ def compile_hits(text: str) -> Callable[[int], bool]:
     return lambda hits: compare(hits, number)
 
 
-def _always(_: int) -> bool:
+def always(_: int) -> bool:
+    """The hit condition of a breakpoint without one."""
     return True
 
 
@@ -59,7 +60,7 @@ class Breakpoint:
     number: int
     address: int
     condition: Expression | None = None
-    enough: Callable[[int], bool] = _always
+    enough: Callable[[int], bool] = always
     message: Callable[[Read], str] | None = None
     hits: int = field(default=0, compare=False)
 
@@ -72,7 +73,7 @@ class Breakpoint:
             number,
             address,
             compile_expression(condition) if condition.strip() else None,
-            compile_hits(hits) if hits.strip() else _always,
+            compile_hits(hits) if hits.strip() else always,
             compile_message(message) if message else None,
         )
 

@@ -16,9 +16,10 @@ from typing import Any, Final, cast
 import msgspec
 
 from tmcm34x.debug.control import Stop
-from tmcm34x.debug.dap import breakpoints, inspection, run_control
+from tmcm34x.debug.dap import breakpoints, data_breakpoints, inspection, run_control
 from tmcm34x.debug.dap import messages as m
 from tmcm34x.debug.dap.breakpoints import REFUSED, Breakpoints
+from tmcm34x.debug.dap.data_breakpoints import DataBreakpoints
 from tmcm34x.debug.dap.debuggee import Debuggee, Request
 from tmcm34x.debug.dap.inspection import Inspector
 from tmcm34x.debug.dap.launching import Launcher, Services
@@ -33,6 +34,7 @@ from tmcm34x.toolchain.assembler import Assembly
 _REASONS: Final = {
     "entry": "Held before the first command",
     "breakpoint": "Held at a breakpoint",
+    "data breakpoint": "Held after a change",
     "step": "Held after a step",
     "pause": "Paused",
     "exception": "A command was refused",
@@ -47,11 +49,12 @@ Send = Callable[[dict[str, Any]], None]
 CAPABILITIES: Final = {
     **dict.fromkeys((
         "supportsConfigurationDoneRequest", "supportsConditionalBreakpoints", "supportsHitConditionalBreakpoints",
-        "supportsLogPoints", "supportsFunctionBreakpoints", "supportsInstructionBreakpoints", "supportsSetVariable",
-        "supportsSetExpression", "supportsEvaluateForHovers", "supportsRestartRequest", "supportsTerminateRequest",
-        "supportTerminateDebuggee", "supportsBreakpointLocationsRequest", "supportsExceptionInfoRequest",
-        "supportsGotoTargetsRequest", "supportsDisassembleRequest", "supportsLoadedSourcesRequest",
-        "supportsValueFormattingOptions", "supportsCompletionsRequest", "supportsDelayedStackTraceLoading",
+        "supportsLogPoints", "supportsFunctionBreakpoints", "supportsInstructionBreakpoints",
+        "supportsDataBreakpoints", "supportsSetVariable", "supportsSetExpression", "supportsEvaluateForHovers",
+        "supportsRestartRequest", "supportsRestartFrame", "supportsTerminateRequest", "supportTerminateDebuggee",
+        "supportsBreakpointLocationsRequest", "supportsExceptionInfoRequest", "supportsGotoTargetsRequest",
+        "supportsDisassembleRequest", "supportsLoadedSourcesRequest", "supportsValueFormattingOptions",
+        "supportsCompletionsRequest", "supportsDelayedStackTraceLoading",
     ), True),
     "exceptionBreakpointFilters": [{
         "filter": REFUSED, "label": "Commands the module refuses", "default": True,
@@ -81,6 +84,7 @@ class Adapter:
             (self._breakpoints, breakpoints.REQUESTS),
             (self._inspector, inspection.REQUESTS),
             (self._run_control, run_control.REQUESTS),
+            (DataBreakpoints(self._debuggee, self._inspector), data_breakpoints.REQUESTS),
         )
         self._seq = 0
         self._launch: m.Launch | None = None

@@ -102,12 +102,18 @@ class Inspector:
         choice = dict(item.choices).get(value)
         return _shown(value, shown_hex) + (f" ({choice})" if choice else "")
 
+    def expression(self, reference: int | None, name: str) -> str:
+        """The expression of a member of a scope; without a scope `name` is one."""
+        if not reference:
+            return name
+        for item in self._items(reference):
+            if item.name == name:
+                return item.expression
+        raise RequestError(f"no value named {name}")
+
     def on_set_variable(self, arguments: m.SetVariable) -> dict[str, Any]:
         """Change something in a scope."""
-        for item in self._items(arguments.variables_reference):
-            if item.name == arguments.name:
-                return self._assign(item.expression, arguments.value)
-        raise RequestError(f"no value named {arguments.name}")
+        return self._assign(self.expression(arguments.variables_reference, arguments.name), arguments.value)
 
     def on_set_expression(self, arguments: m.SetExpression) -> dict[str, Any]:
         """Change something by name."""

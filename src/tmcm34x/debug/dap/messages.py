@@ -103,6 +103,27 @@ class SetOtherBreakpoints(Arguments):
     breakpoints: list[SourceBreakpoint]
 
 
+class DataBreakpointInfo(Arguments):
+    """Whether a value can be watched: a member of a scope, or an expression."""
+
+    name: Text
+    variables_reference: int | None = None
+
+
+class DataBreakpoint(Arguments):
+    """A data breakpoint as it was asked for."""
+
+    data_id: Text
+    condition: Text | None = None
+    hit_condition: Text | None = None
+
+
+class SetDataBreakpoints(Arguments):
+    """All data breakpoints."""
+
+    breakpoints: list[DataBreakpoint]
+
+
 class SetExceptionBreakpoints(Arguments):
     """Which refusals to stop at."""
 
@@ -178,6 +199,12 @@ class Goto(Arguments):
     """Where to go on."""
 
     target_id: int
+
+
+class RestartFrame(Arguments):
+    """Which routine to begin anew, by its number in the stack."""
+
+    frame_id: int
 
 
 class Disassemble(Arguments):

@@ -70,22 +70,36 @@ class RunControl:
         how(target)
 
     def on_goto_targets(self, arguments: m.Lines) -> dict[str, Any]:
-        """The command to go on at, for a line."""
+        """Where to go on: the command at a line, and every label."""
         sources = self._debuggee.sources
         address = sources.address(sources.key(arguments.source), arguments.line)
-        if address is None:
-            return {"targets": []}
-        text = format_instruction(self._debuggee.instruction(address) or Instruction(0))
-        line = sources.place(address).get("line", 0)
-        target = {"id": address, "label": f"{address}: {text}", "line": line}
-        return {"targets": [{**target, "instructionPointerReference": hex(address)}]}
+        targets: list[dict[str, Any]] = []
+        if address is not None:
+            text = format_instruction(self._debuggee.instruction(address) or Instruction(0))
+            targets.append(self._goto_target(address, f"{address}: {text}"))
+        labels = {} if sources.assembly is None else sources.assembly.labels
+        targets += [self._goto_target(at, f"{name}:") for name, at in labels.items() if at != address]
+        return {"targets": targets}
+
+    def _goto_target(self, address: int, label: str) -> dict[str, Any]:
+        line = self._debuggee.sources.place(address).get("line", 0)
+        reference = hex(address)
+        return {"id": address, "label": label, "line": line, "instructionPointerReference": reference}
 
     def on_goto(self, arguments: m.Goto) -> None:
         """Go on elsewhere."""
         self._debuggee.held.jump(arguments.target_id)
+        self._moved("goto")
+
+    def on_restart_frame(self, arguments: m.RestartFrame) -> None:
+        """Go back to the first command of a routine."""
+        self._debuggee.held.restart_frame(arguments.frame_id)
+        self._moved("restart")
+
+    def _moved(self, reason: str) -> None:
         self._inspector.forget()
         event = self._debuggee.event
-        self._afterwards(lambda: event("stopped", reason="goto", threadId=THREAD, allThreadsStopped=True))
+        self._afterwards(lambda: event("stopped", reason=reason, threadId=THREAD, allThreadsStopped=True))
 
 
 REQUESTS: Final[Mapping[str, Request]] = {
@@ -97,4 +111,5 @@ REQUESTS: Final[Mapping[str, Request]] = {
     "pause": Request(m.Arguments, RunControl.on_pause),
     "gotoTargets": Request(m.Lines, RunControl.on_goto_targets),
     "goto": Request(m.Goto, RunControl.on_goto),
+    "restartFrame": Request(m.RestartFrame, RunControl.on_restart_frame),
 }

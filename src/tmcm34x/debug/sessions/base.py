@@ -15,6 +15,7 @@ from tmcm34x.debug.control import Breakpoint, Stop
 
 if TYPE_CHECKING:
     from tmcm34x.debug.view import View
+    from tmcm34x.debug.watches import Watch
     from tmcm34x.tmcl.datagram import Instruction
     from tmcm34x.toolchain.assembler import Assembly
     from tmcm34x.toolchain.diagnostics import Location
@@ -116,6 +117,15 @@ class Session(Protocol):
         """Hold at these instead of the present ones."""
         ...
 
+    @property
+    def unwatchable(self) -> str:
+        """Why there are no data breakpoints; empty where there are."""
+        ...
+
+    def set_watches(self, watches: Iterable[Watch]) -> None:
+        """Hold when one of these values changes, instead of the present ones."""
+        ...
+
     def loaded(self, program: Sequence[Instruction]) -> None:
         """The program memory holds `program` now."""
         ...
@@ -154,6 +164,10 @@ class Session(Protocol):
 
     def jump(self, address: int) -> None:
         """Have the program go on at `address`; raises `ExpressionError` where it cannot."""
+        ...
+
+    def restart_frame(self, number: int) -> None:
+        """Go back to the first command of an open routine, 0 the innermost; raises `ExpressionError`."""
         ...
 
     def work(self) -> float:

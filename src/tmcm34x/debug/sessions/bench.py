@@ -15,6 +15,7 @@ from tmcm34x.clock import MS, NEVER
 from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Listener, Text
 from tmcm34x.debug.sessions.local import LocalSession, error_text
+from tmcm34x.debug.watches import Watch
 from tmcm34x.firmware.motion import RAMP_MODE, V_ACTUAL, V_TARGET, VELOCITY, Axis
 
 if TYPE_CHECKING:
@@ -129,6 +130,11 @@ class BenchSession(LocalSession):
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
         """Hold at these instead of the present ones."""
         self.control.set_breakpoints(breakpoints)
+        self._attach()
+
+    def set_watches(self, watches: Iterable[Watch]) -> None:
+        """Hold when one of these values changes, instead of the present ones."""
+        self.watches.set(watches)
         self._attach()
 
     # Going on
@@ -246,7 +252,7 @@ class BenchSession(LocalSession):
         return True
 
     def _look_back(self) -> None:
-        stop = self._refused()
+        stop = self._refused() or self.watches.look(self.program.counter)
         if stop is not None:
             self.control.clear_step()
             self._hold(stop)
@@ -269,8 +275,9 @@ class BenchSession(LocalSession):
         self.listener.held(stop)
 
     def _attach(self) -> None:
-        """Have the program stop for a moment where that matters; this session asks `control` by itself."""
-        self.program.hook(None if self.control.idle else _let_pass, self.control.addresses)
+        """Have the program pause before the commands that matter; this session asks `control` by itself."""
+        addresses = None if self.watches else self.control.addresses
+        self.program.hook(None if self.control.idle and not self.watches else _let_pass, addresses)
 
 
 def _let_pass(_: int) -> bool:

@@ -12,6 +12,7 @@ from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.sessions.base import Listener, Text
 from tmcm34x.debug.sessions.local import LocalSession
+from tmcm34x.debug.watches import Watch
 
 if TYPE_CHECKING:
     from tmcm34x.bench import World
@@ -77,6 +78,11 @@ class LiveSession(LocalSession):
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
         """Hold at these instead of the present ones."""
         self.control.set_breakpoints(breakpoints)
+        self._attach()
+
+    def set_watches(self, watches: Iterable[Watch]) -> None:
+        """Hold when one of these values has changed before a command of the program."""
+        self.watches.set(watches)
         self._attach()
 
     def resume(self) -> None:
@@ -146,9 +152,9 @@ class LiveSession(LocalSession):
         self.resume()
 
     def _before(self, address: int) -> bool:
-        if not self.control.concerns(address):
-            return False
-        stop = self.control.look(address, len(self.program.stack))
+        stop = self.watches.look(address)
+        if stop is None and self.control.concerns(address):
+            stop = self.control.look(address, len(self.program.stack))
         if stop is None:
             return False
         self._hold(stop)
@@ -163,4 +169,6 @@ class LiveSession(LocalSession):
         self.listener.held(stop)
 
     def _attach(self) -> None:
-        self.program.hook(None if self.control.idle else self._before, self.control.addresses)
+        """Have the program ask before the commands that matter."""
+        addresses = None if self.watches else self.control.addresses
+        self.program.hook(None if self.control.idle and not self.watches else self._before, addresses)

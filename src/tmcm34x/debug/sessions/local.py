@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.debug.control import Control, Stop
+from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.sessions.base import Frame, Listener, Text
 from tmcm34x.debug.view import View
+from tmcm34x.debug.watches import Watches
 from tmcm34x.firmware.program import ProgramError
 from tmcm34x.tmcl.commands import BY_MNEMONIC, PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
@@ -25,6 +27,7 @@ class LocalSession:
     """Run control over the program of `module`; `world` is what the module is connected to."""
 
     unbreakable = ""
+    unwatchable = ""
 
     def __init__(self, module: Module, world: World | None, listener: Listener, text: Text | None) -> None:
         self.module = module
@@ -35,6 +38,7 @@ class LocalSession:
         if text is not None:
             self.view.symbols = text.assembly.symbols
         self.control = Control(self.view.read, listener.said)
+        self.watches = Watches(self.view)
         self._stop: Stop | None = None
         self.stop_on_errors = False
         """Hold after a command that the module refuses."""
@@ -73,6 +77,25 @@ class LocalSession:
             Frame(address, name, self.text.location(address) if self.text else None)
             for address, name in zip(addresses, [*names, "program"], strict=True)
         ]
+
+    def restart_frame(self, number: int) -> None:
+        """Go back to the first command of an open routine, 0 the innermost; motors and variables stay as they are.
+
+        Raises `ExpressionError` in the middle of a WAIT, and where there is no such routine.
+        """
+        stack = self.program.stack
+        if not 0 <= number <= len(stack):
+            raise ExpressionError(f"no open routine {number}: there are {len(stack) + 1}")
+        kept = len(stack) - number
+        entry = 0 if not kept else self._entry(stack[kept - 1] - 1)
+        self.view.assign("counter", str(entry))
+        del self.program.registers.stack[kept:]
+
+    def _entry(self, caller: int) -> int:
+        instruction = self.module.eeprom.read_instruction(caller)
+        if instruction.number != _CSUB:
+            raise ExpressionError(f"the routine's caller at address {caller} is no CSUB any more")
+        return instruction.value
 
     def _called_at(self, caller: int) -> str:
         instruction = self.module.eeprom.read_instruction(caller)

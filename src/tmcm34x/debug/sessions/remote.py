@@ -16,6 +16,7 @@ from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Frame, Listener, Text
 from tmcm34x.debug.view import View
+from tmcm34x.debug.watches import Watch
 from tmcm34x.host import Connection, Program, RefusedError
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import Instruction
@@ -37,6 +38,7 @@ class RemoteSession:
     """
 
     unbreakable = "the firmware of a real module has no breakpoints: run, stop and step are what it offers"
+    unwatchable = "the firmware of a real module has no data breakpoints"
     owns_time = False
     over = False
     exit_code = 0
@@ -86,6 +88,9 @@ class RemoteSession:
 
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
         """The firmware has none: see `unbreakable`."""
+
+    def set_watches(self, watches: Iterable[Watch]) -> None:
+        """The firmware has none: see `unwatchable`."""
 
     def begin(self, *, hold: bool) -> None:
         """Take the program as it is; stop it if asked for."""
@@ -143,6 +148,10 @@ class RemoteSession:
     def jump(self, address: int) -> None:
         """Start the program at `address`, and stop it there: the firmware cannot move its counter."""
         raise ExpressionError(f"the module's firmware cannot go to address {address} without running")
+
+    def restart_frame(self, number: int) -> None:
+        """The firmware cannot: its counter does not move without running."""
+        raise ExpressionError(f"the module's firmware cannot go back to routine {number}")
 
     def work(self) -> float:
         """Read the state of the program; returns in how many seconds to read it again."""
