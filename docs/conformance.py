@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import ast
 import re
-import sys
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from tmcm34x.bench.session.language import load
 from tmcm34x.firmware import boot
 from tmcm34x.tmcl import commands
 from tmcm34x.tmcl.axis_parameters import ALL, AXIS_PARAMETERS, WITH_DRIVERS
@@ -271,14 +271,11 @@ def expand(text: str) -> list[str]:
 
 def session_pins() -> Iterator[Pin]:
     """All pins of the session files."""
-    if str(TESTS) not in sys.path:
-        sys.path.append(str(TESTS))
-    from session_runner import load  # the parser lives with the tests
-
     for path in sorted(SESSIONS.glob("*.txt")):
         for case in load(path):
-            for key in case.pins:
-                yield Pin(key, f"sessions/{path.name}", case.models)
+            for pin in case.pins:
+                for key in expand(pin):
+                    yield Pin(key, f"sessions/{path.name}", case.models)
 
 
 def python_pins() -> Iterator[Pin]:

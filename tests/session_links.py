@@ -69,6 +69,21 @@ class Served:
         self.server.settle()
         self.settle()
 
+    @property
+    def now(self) -> int:
+        """The time in chip clocks."""
+        return self.rig.now
+
+    def wait_for(self, size: int) -> None:
+        """What is not there does not come at this clock."""
+
+    def wait_for_nothing(self) -> None:
+        """What could come at this clock has come."""
+
+    def ask(self, address: int, instruction: Any) -> tuple[int, int]:
+        """Status and value of a command outside the conversation."""
+        return self.rig.modules[0].execute(instruction)
+
     def wait(self, done: Callable[[], bool]) -> None:
         """Let server and client work until `done`."""
         end_s = time.monotonic() + PATIENCE_S

@@ -2,40 +2,22 @@
 
 from pathlib import Path
 
-import msgspec
 import pytest
 
 from session_links import LINKS
-from session_runner import (
-    KIND,
-    MemoryCan,
-    MemorySerial,
-    SessionError,
-    SlicedSerial,
-    all_cases,
-    load,
-    missing_marks,
-    play,
-)
+from session_marks import SlicedSerial, missing_marks, play
 from tmcm34x import clock
 from tmcm34x.bench import build, simple_rig
 from tmcm34x.bench.description import parse
+from tmcm34x.bench.session.language import KINDS, load
+from tmcm34x.bench.session.language import parse as read
+from tmcm34x.bench.session.runner import make_rig
+from tmcm34x.bench.session.wires import MemorySerial, open_wire
 from tmcm34x.tmcl.datagram import Instruction, Reply, pack_reply, pack_request, unpack_reply
 
 SESSIONS = Path(__file__).parent / "sessions"
-CASES = list(all_cases(SESSIONS))
 PATHS = sorted(SESSIONS.glob("*.txt"))
-MEMORY = {"serial": MemorySerial, "can": MemoryCan}
-
-
-def rig(case, model):
-    """What the case asks for: a bare module, or the bench in its file with another model."""
-    if not case.bench:
-        return simple_rig(model)
-    bench = parse(case.bench)
-    return build(
-        msgspec.structs.replace(bench, module=[msgspec.structs.replace(bench.module[0], model=model)])
-    )
+CASES = [case for path in PATHS for case in load(path)]
 
 
 @pytest.mark.parametrize(
@@ -49,7 +31,7 @@ def rig(case, model):
     ],
 )
 def test_a_module_does_as_the_session_says_and_as_it_pins(case, link, model):
-    player = play(case, MEMORY[KIND[link]](rig(case, model)), model, watched=True)
+    player = play(case, open_wire(KINDS[link], make_rig(case, model)), model, watched=True)
     assert not missing_marks(case, player.marks)
 
 
@@ -66,8 +48,8 @@ def test_a_link_gives_the_same_replies_as_memory(path, number):
     for case in load(path):
         if link in case.links:
             model = in_turn(case, number)
-            expected = play(case, MEMORY[KIND[link]](rig(case, model)), model)
-            with wire_of(rig(case, model)) as wire:
+            expected = play(case, open_wire(KINDS[link], make_rig(case, model)), model)
+            with wire_of(make_rig(case, model)) as wire:
                 assert play(case, wire, model).replies == expected.replies
 
 
@@ -76,87 +58,26 @@ def test_time_in_other_slices_gives_the_same_replies(path):
     for case in load(path):
         if "memory" in case.links:
             model = in_turn(case, 0)
-            expected = play(case, MemorySerial(rig(case, model)), model)
-            assert play(case, SlicedSerial(rig(case, model), case.line), model).replies == expected.replies
+            expected = play(case, MemorySerial(make_rig(case, model)), model)
+            assert (
+                play(case, SlicedSerial(make_rig(case, model), case.line), model).replies == expected.replies
+            )
 
 
-def session(tmp_path, text):
-    path = tmp_path / "session.txt"
-    path.write_text(text)
-    return path
-
-
-def played(tmp_path, text, model=343):
-    (case,) = load(session(tmp_path, "== a case\n" + text))
+def played(text, model=343):
+    (case,) = read("== a case\n" + text)
     return play(case, MemorySerial(simple_rig(model)), model, watched=True)
 
 
-@pytest.mark.parametrize(
-    ("line", "problem"),
-    [
-        ("GAP 1, 0", "a line starts with one of"),
-        ("> GAP", "GAP needs 2 operands"),
-        ("> FOO 1", "unknown command FOO"),
-        ("< fine", "expected -, bytes, or a status"),
-        ("+ 2 weeks", "expected a time"),
-        ("+ soon", "expected a time"),
-        ("! lightning", "unknown event"),
-        ("? weather", "unknown measurement"),
-        ("@ here", "expected an address"),
-        ("# models: 351", "models are 341, 342 and 343"),
-        ("# links: usb", "links are serial, can"),
-    ],
-)
-def test_a_line_that_cannot_be_read_is_named(tmp_path, line, problem):
-    with pytest.raises(SessionError, match=problem) as caught:
-        load(session(tmp_path, f"# a remark\n== a case\n> GAP 1, 0\n{line}\n"))
-    assert "session.txt:4: " in str(caught.value)
-
-
-def test_steps_belong_into_a_case(tmp_path):
-    with pytest.raises(SessionError, match="belong under a line"):
-        load(session(tmp_path, "> GAP 1, 0\n== a case\n"))
-
-
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("> GAP 4, 0\n< 100 999", r"session.txt:3: < 100 999: got Reply\(host=2.*value=1000\)"),
-        ("> GAP 4, 0\n< 100 1..999", "session.txt:3: .*value=1000"),
-        ("> GAP 4, 0\n< 4", "session.txt:3: .*status=100"),
-        ("> GAP 4, 0\n< 100\n< 100", "session.txt:4: < 100: got nothing"),
-        ("> GAP 4, 0\n< -", "session.txt:3: .*expected no reply, got 02 01 64"),
-        ("> GAP 4, 0\n> GAP 4, 0", "session.txt:3: .*not read yet: 02 01 64"),
-        ("> GAP 4, 0\n+ 1 s", "session.txt:3: .*not read yet: 02 01 64"),
-        ("> GAP 4, 0", "end of a case: expected no reply"),
-        ("> GAP 4, 0\n< 100 1000 of 7", "session.txt:3: .*command=6"),
-        ("@ 1 host 3\n> GAP 4, 0\n< 100", "session.txt:4: .*host=2"),
-        ('> 01 06 04\n< 02 "x"', "session.txt:3: .*got nothing"),
-        ("> 01 0a 42 00 00 00 00 00 4d\n< 02 01 64 0a 00 00 00 01 73", "session.txt:3: .*got 02 01 64"),
-        ("? outputs 00000001", "session.txt:2: .*it is 00000000"),
-        ("? motor 0 current 255", "session.txt:2: .*it is "),
-        ("? motor 0 load at 7", "session.txt:2: .*it is at 0.000"),
-    ],
-)
-def test_a_module_that_does_otherwise_is_found_out(tmp_path, text, problem):
-    with pytest.raises(SessionError, match=problem):
-        played(tmp_path, text)
-
-
-def test_lines_for_other_models_are_passed_over(tmp_path):
-    played(tmp_path, "> GAP 6, 0\n< 100 128 [341 343]\n< 3 [342]", model=343)
-    played(tmp_path, "> GAP 6, 0\n< 100 128 [341 343]\n< 3 [342]", model=342)
-
-
-def test_a_pin_that_the_session_does_not_exercise_is_found_out(tmp_path):
-    (case,) = load(session(tmp_path, "== a case\n# pins: GAP AP.4..5 STATUS.3\n> GAP 4, 0\n< 100\n"))
+def test_a_pin_that_the_session_does_not_exercise_is_found_out():
+    (case,) = read("== a case\n# pins: GAP AP.4..5 STATUS.3\n> GAP 4, 0\n< 100\n")
     marks = play(case, MemorySerial(simple_rig()), 343, watched=True).marks
     assert missing_marks(case, marks) == ["AP.5", "STATUS.3"]
 
 
-def test_commands_that_a_program_passes_by_are_not_exercised(tmp_path):
+def test_commands_that_a_program_passes_by_are_not_exercised():
     text = "> 132\n< 100\n> STOP\n< 101\n> ROR 0, 5\n< 101\n> 133\n< 100\n> 129 1\n< 100\n+ 1 ms\n"
-    marks = played(tmp_path, text).marks
+    marks = played(text).marks
     assert "STOP" in marks
     assert "ROR" not in marks
 

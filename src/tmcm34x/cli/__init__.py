@@ -29,6 +29,7 @@ SUB_COMMANDS: Final = (
     SubCommand("ide", "tmcm34x.cli.ide", "Open the TMCL-IDE in the browser."),
     SubCommand("serve", "tmcm34x.cli.serve", "Serve a virtual module on serial ports and sockets."),
     SubCommand("run", "tmcm34x.cli.run", "Run a TMCL program in virtual time."),
+    SubCommand("play", "tmcm34x.cli.play", "Play sessions against a virtual or a real module."),
     SubCommand("asm", "tmcm34x.cli.asm", "Assemble a TMCL program."),
     SubCommand("dis", "tmcm34x.cli.dis", "Turn a program image back into source."),
     SubCommand("fmt", "tmcm34x.cli.fmt", "Lay TMCL source out in columns."),

@@ -24,12 +24,14 @@ _FIELDS: Final[tuple[Field, ...]] = ("type", "motor", "value")
 class MnemonicError(ValueError):
     """A line that is no command; the text says why.
 
-    `known` tells whether the mnemonic itself was one.
+    known: whether the mnemonic itself was one
+    word: the word of the line that is wrong; empty where none is
     """
 
-    def __init__(self, message: str, *, known: bool = True) -> None:
+    def __init__(self, message: str, *, known: bool = True, word: str = "") -> None:
         super().__init__(message)
         self.known = known
+        self.word = word
 
 
 def format_instruction(instruction: Instruction, labels: Mapping[int, str] = _NO_LABELS) -> str:
@@ -72,7 +74,7 @@ def parse_instruction(line: str) -> Instruction:
     row = BY_MNEMONIC.get(name)
     if row is None:
         hint = " (of another firmware)" if name in FOREIGN_COMMANDS else ""
-        raise MnemonicError(f"unknown command {words[0]}{hint}", known=False)
+        raise MnemonicError(f"unknown command {words[0]}{hint}", known=False, word=words[0])
     return _build(row.number, _parse_operands(row, operands))
 
 
@@ -100,7 +102,7 @@ def _parse_operand(operand: Operand, text: str) -> int:
 def _parse_number(text: str) -> int:
     match = _NUMBER.match(text)
     if match is None:
-        raise MnemonicError(f"not a number: {text}")
+        raise MnemonicError(f"not a number: {text}", word=text)
     sign, decimal, hexadecimal, binary = match.groups()
     value = int(decimal) if decimal else int(hexadecimal, 16) if hexadecimal else int(binary, 2)
     return -value if sign == "-" else value

@@ -1,0 +1,90 @@
+"""Conditions: what is to hold within a time, always, or never.
+
+A condition is a measurement (`outputs 00000001`), or a command with the reply it is to get (`GAP 8, 0 is 100 1`).
+Commands are asked again and again, so only those are taken that read and change nothing.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from tmcm34x.bench.session.phrase import NUMBER, LineError, nearest, read_number, read_phrase
+from tmcm34x.bench.session.world import MEASUREMENTS, Look, Seen
+from tmcm34x.tmcl.commands import BY_MNEMONIC, RFS_TYPES
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
+
+if TYPE_CHECKING:
+    from tmcm34x.bench.session.player import Player
+
+_IS: Final = re.compile(r"(.+?)\s+is\s+(.+)\Z")
+_STATUS: Final = re.compile(rf"(\d+)(?:\s+({NUMBER}))?(?:\.\.({NUMBER}))?\Z")
+_READING: Final = frozenset(BY_MNEMONIC[name].number for name in ("GAP", "GGP", "GIO", "GCO"))
+_RFS: Final = BY_MNEMONIC["RFS"].number
+_RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
+
+
+class Answered(NamedTuple):
+    """A command and the reply that it is to get; the value is not looked at when `low` is None."""
+
+    instruction: Instruction
+    status: int
+    low: int | None
+    high: int
+
+    needs_bench = False
+
+    def look(self, player: Player) -> Seen:
+        """Ask the module."""
+        status, value = player.ask(self.instruction)
+        holds = status == self.status and (self.low is None or self.low <= value <= self.high)
+        return Seen(holds, f"{status} {value}")
+
+
+class Measured(NamedTuple):
+    """A measurement on the bench."""
+
+    measure: Look
+    values: tuple[Any, ...]
+
+    needs_bench = True
+
+    def look(self, player: Player) -> Seen:
+        """Measure."""
+        return self.measure(player.unit, *self.values)
+
+
+Condition = Answered | Measured
+
+
+def read_condition(text: str, start: int = 0) -> Condition:
+    """The condition in `text` from character `start` on.  Raises `LineError`."""
+    match = _IS.match(text, start)
+    if match is None:
+        return Measured(*read_phrase(text, MEASUREMENTS, start))
+    instruction = read_instruction(match.group(1), start)
+    if not _reads(instruction):
+        raise LineError("expected a command that only reads: GAP, GGP, GIO, GCO or RFS STATUS", start)
+    status = _STATUS.match(match.group(2).rstrip())
+    if status is None:
+        raise LineError("expected a status with a value or a range a..b", match.start(2))
+    number, low, high = status.groups()
+    lowest = None if low is None else read_number(low)
+    return Answered(instruction, int(number), lowest, read_number(high or low or "0"))
+
+
+def _reads(instruction: Instruction) -> bool:
+    asks_search = instruction.number == _RFS and instruction.type == _RFS_STATUS
+    return instruction.number in _READING or asks_search
+
+
+def read_instruction(text: str, start: int = 0) -> Instruction:
+    """The command in `text`, which stands at character `start` of its line.  Raises `LineError`."""
+    try:
+        return parse_instruction(text)
+    except MnemonicError as error:
+        name = text.split(maxsplit=1)[0] if text.split() else ""
+        hint = "" if error.known else nearest(name.upper(), list(BY_MNEMONIC))
+        place = text.find(error.word) if error.word else 0
+        raise LineError(f"{error}{hint}", start + max(place, 0)) from None

@@ -1,0 +1,253 @@
+"""What happens to a module in a session (`!`), and what can be measured on it (`?`).
+
+Lengths and angles are those of the axis, positions and speeds of a motor those of the motion chip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from tmcm34x.bench.session.phrase import Phrase, phrase
+from tmcm34x.chips.tmc246 import FAULTS
+
+if TYPE_CHECKING:
+    from tmcm34x.bench.rig import Rig
+    from tmcm34x.bench.world import AxisView, World
+    from tmcm34x.firmware.module import Module
+
+SHUTDOWN: Final = 8
+HIGH: Final = 1023
+TOLERANCE: Final = 0.02
+"""Millimetres or degrees by which a load may be beside where it is said to be."""
+MIXED_DECAY: Final = 0x820
+"""The bits of a driver's word that switch mixed decay on, one for each bridge."""
+FULL_CURRENT: Final = 0x3DE
+"""The bits of a driver's word that ask for full current in both bridges."""
+LOST: Final = 1.0
+"""Full steps from which on a motor has lost steps: less is how far a rotor lags behind its field."""
+
+
+class Unit(NamedTuple):
+    """One module of a rig."""
+
+    rig: Rig
+    number: int = 0
+
+    @property
+    def world(self) -> World:
+        """What hangs on the module."""
+        return self.rig.worlds[self.number]
+
+    @property
+    def module(self) -> Module:
+        """The module."""
+        return self.rig.modules[self.number]
+
+    def axis(self, motor: int) -> AxisView:
+        """One axis as an onlooker sees it."""
+        return self.world.mounts[motor].view()
+
+    def spot(self, motor: int) -> tuple[int, int]:
+        """Position [microsteps] and speed [velocity units] of a motor, as its motion chip has them."""
+        board = self.module.board
+        chip, smda = board.wiring(motor)
+        return board.chips[chip].position(smda), board.chips[chip].velocity(smda)
+
+
+Act = Callable[..., None]
+"""Does something to a unit."""
+Look = Callable[..., "Seen"]
+"""Measures something on a unit."""
+
+
+class Seen(NamedTuple):
+    """What a measurement gave: whether it is as asked, and what it is."""
+
+    holds: bool
+    what: str
+
+
+class Previous:
+    """An SPI device that answers a telegram with the one before."""
+
+    def __init__(self) -> None:
+        self.last = 0
+
+    def exchange(self, data: int, nbytes: int) -> int:
+        """Take `nbytes` bytes, return those of the last transfer."""
+        answer, self.last = self.last, data
+        return answer & ((1 << 8 * nbytes) - 1)
+
+
+class Constant:
+    """An SPI device that always answers the same."""
+
+    def __init__(self, value: int) -> None:
+        self.value = value
+
+    def exchange(self, data: int, nbytes: int) -> int:
+        """Take anything, return the value."""
+        del data
+        return self.value & ((1 << 8 * nbytes) - 1)
+
+
+def _power(unit: Unit, what: str) -> None:
+    if what != "on":
+        unit.world.set_power(False)
+    if what != "off":
+        unit.world.set_power(True)
+
+
+def _switch(unit: Unit, motor: int, side: Any, what: str) -> None:
+    unit.world.set_switch(motor, side, {"closes": True, "opens": False, "works": None}[what])
+
+
+def _cable(unit: Unit, motor: int, side: Any, what: str) -> None:
+    unit.world.unplug(motor, side, what == "breaks")
+
+
+def _fault(unit: Unit, motor: int, name: str, what: str) -> None:
+    unit.world.set_fault(motor, name, what == "begins")
+
+
+def _level(unit: Unit, number: int, level: str) -> None:
+    unit.world.set_level(number, HIGH * (level == "high"))
+
+
+def _spi_constant(unit: Unit, select: int, value: int) -> None:
+    unit.module.board.attach_spi(select, Constant(value))
+
+
+def _move(unit: Unit, motor: int, position: float) -> None:
+    unit.world.move(motor, position)
+
+
+def _push(unit: Unit, motor: int, torque_nm: float) -> None:
+    unit.world.push(motor, torque_nm)
+
+
+def _analog(unit: Unit, number: int, value: int) -> None:
+    unit.world.set_level(number, value)
+
+
+def _shutdown(unit: Unit, level: str) -> None:
+    _level(unit, SHUTDOWN, level)
+
+
+def _spi_echo(unit: Unit, select: int) -> None:
+    unit.module.board.attach_spi(select, Previous())
+
+
+EVENTS: Final[tuple[Phrase, ...]] = (
+    phrase("power {off|on|cycle}", _power),
+    phrase("motor {0..2} {left|right} switch {closes|opens|works}", _switch),
+    phrase("motor {0..2} {left|right} cable {breaks|heals}", _cable),
+    phrase(f"motor {{0..2}} fault {{{'|'.join(FAULTS)}}} {{begins|ends}}", _fault),
+    phrase("motor {0..2} moved to {number}", _move),
+    phrase("motor {0..2} pushed by {number}", _push),
+    phrase("input {0..7} {high|low}", _level),
+    phrase("analog {0..7} {0..1023}", _analog),
+    phrase("shutdown pin {high|low}", _shutdown),
+    phrase("spi {0..2} echo", _spi_echo),
+    phrase("spi {0..2} constant {0..4294967295}", _spi_constant),
+)
+
+
+def _equal(what: object, wanted: object) -> Seen:
+    return Seen(what == wanted, str(what))
+
+
+def _within(value: float, span: tuple[float, float]) -> Seen:
+    return Seen(span[0] <= value <= span[1], str(value))
+
+
+def _either(state: bool, words: tuple[str, str], wanted: str) -> Seen:
+    return Seen(state == (wanted == words[0]), words[not state])
+
+
+def _see_load(unit: Unit, motor: int, span: tuple[float, float]) -> Seen:
+    position = unit.axis(motor).position
+    return Seen(span[0] - TOLERANCE <= position <= span[1] + TOLERANCE, f"at {position:.3f}")
+
+
+def _see_lost_steps(unit: Unit, motor: int) -> Seen:
+    lost = unit.axis(motor).lost_fullsteps
+    return Seen(abs(lost) >= LOST, f"{lost:.2f} full steps behind" if abs(lost) >= LOST else "no lost steps")
+
+
+def _driver_word(unit: Unit, motor: int) -> int:
+    """The word of 12 bits that the motion chip sends to a driver."""
+    bits, _ = unit.module.board.chips[0].driver_datagram()
+    return bits >> 12 * (2 - motor) & 0xFFF
+
+
+def _see_switch(unit: Unit, motor: int, side: Any, state: str) -> Seen:
+    return _either(unit.module.board.switch(motor, side), ("active", "inactive"), state)
+
+
+def _see_outputs(unit: Unit, bits: str) -> Seen:
+    return _equal(f"{unit.module.board.outputs:08b}", bits)
+
+
+def _see_output(unit: Unit, n: int, state: str) -> Seen:
+    return _either(bool(unit.module.board.outputs >> n & 1), ("high", "low"), state)
+
+
+def _see_current(unit: Unit, motor: int, current: int) -> Seen:
+    return _equal(unit.module.board.currents[motor], current)
+
+
+def _see_driver(unit: Unit, motor: int, state: str) -> Seen:
+    return _either(unit.module.board.enabled[motor], ("on", "off"), state)
+
+
+def _see_mixed_decay(unit: Unit, motor: int, bridges: int) -> Seen:
+    return _equal((_driver_word(unit, motor) & MIXED_DECAY).bit_count(), bridges)
+
+
+def _see_steps(unit: Unit, motor: int, kind: str) -> Seen:
+    return _either(_driver_word(unit, motor) & FULL_CURRENT == FULL_CURRENT, ("full", "micro"), kind)
+
+
+def _see_position(unit: Unit, motor: int, span: tuple[int, int]) -> Seen:
+    return _within(unit.spot(motor)[0], span)
+
+
+def _see_speed(unit: Unit, motor: int, span: tuple[int, int]) -> Seen:
+    return _within(unit.spot(motor)[1], span)
+
+
+def _see_motion(unit: Unit, motor: int, state: str) -> Seen:
+    return _either(unit.spot(motor)[1] != 0, ("turning", "resting"), state)
+
+
+def _see_program(unit: Unit, state: str) -> Seen:
+    return _either(unit.module.program.active, ("running", "stopped"), state)
+
+
+def _see_variable(unit: Unit, number: int, span: tuple[int, int]) -> Seen:
+    return _within(unit.module.program.variables[number], span)
+
+
+def _see_power(unit: Unit, state: str) -> Seen:
+    return _either(unit.module.powered, ("on", "off"), state)
+
+
+MEASUREMENTS: Final[tuple[Phrase, ...]] = (
+    phrase("outputs {bits}", _see_outputs),
+    phrase("output {0..7} {high|low}", _see_output),
+    phrase("motor {0..2} current {0..255}", _see_current),
+    phrase("motor {0..2} driver {on|off}", _see_driver),
+    phrase("motor {0..2} mixed decay in {0..2} bridges", _see_mixed_decay),
+    phrase("motor {0..2} in {full|micro} steps", _see_steps),
+    phrase("motor {0..2} load at {numbers}", _see_load),
+    phrase("motor {0..2} at {integers}", _see_position),
+    phrase("motor {0..2} speed {integers}", _see_speed),
+    phrase("motor {0..2} {turning|resting}", _see_motion),
+    phrase("motor {0..2} lost steps", _see_lost_steps),
+    phrase("motor {0..2} {left|right} switch {active|inactive}", _see_switch),
+    phrase("program {running|stopped}", _see_program),
+    phrase("variable {0..55} {integers}", _see_variable),
+    phrase("power {on|off}", _see_power),
+)

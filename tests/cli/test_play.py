@@ -1,0 +1,146 @@
+"""`tmcm34x play` as a process: on virtual modules, and on served ones as if they were real."""
+
+import subprocess
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from conftest import COMMAND
+
+SESSIONS = Path(__file__).parent.parent / "sessions"
+GOOD = "== reads\n> GAP 4, 0\n< 100 1000\n"
+BAD = "== title of it\n> GAP 4, 0\n< 100 7\n"
+MOVING = "== moves\n> MVP ABS, 0, 5000\n< 100 5000\nwithin 5 s: GAP 8, 0 is 100 1\n> GAP 1, 0\n< 100 5000\n"
+
+
+def play(*arguments):
+    return subprocess.run(
+        [COMMAND, "play", *map(str, arguments)], capture_output=True, text=True, check=False, input=""
+    )
+
+
+@pytest.fixture
+def session(tmp_path):
+    def write(text, name="a.session"):
+        path = tmp_path / name
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def test_all_sessions_of_this_repository_are_played():
+    result = play("--quiet", "--model", "343", *sorted(SESSIONS.glob("*.txt")))
+    assert (result.returncode, result.stderr) == (0, "")
+    assert " passed, 0 failed, " in result.stdout
+
+
+def test_each_file_has_a_line_and_the_end_a_sum(session):
+    result = play(session(GOOD))
+    assert result.returncode == 0
+    first, last = result.stdout.splitlines()
+    assert first.endswith("a.session: 6 played, 12 lines, ok")
+    assert last.startswith("6 passed, 0 failed, 12 lines in ")
+
+
+def test_models_and_links_can_be_chosen(session):
+    result = play(session(GOOD), "--model", "341", "--link", "can")
+    assert "1 passed, 0 failed" in result.stdout
+
+
+def test_a_failure_is_shown_once_with_all_that_it_happens_on(session):
+    path = session(BAD)
+    result = play(path)
+    assert result.returncode == 1
+    assert result.stdout.count(f"{path}:3: < 100 7") == 1
+    assert "also on   343 can" in result.stdout
+    for part in ("in        title of it", "sent      > GAP 4, 0  [01 06 04", "value 7", "value 1000"):
+        assert part in result.stdout
+
+
+def test_it_can_end_at_the_first_failure(session):
+    result = play("--first", session(BAD))
+    assert "0 passed, 1 failed" in result.stdout
+
+
+def test_a_folder_stands_for_its_session_files(session, tmp_path):
+    session(GOOD)
+    session(BAD, "other.txt")
+    result = play(tmp_path)
+    assert result.returncode == 0
+    (tmp_path / "empty").mkdir()
+    result = play(tmp_path / "empty")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert "no *.session files in this folder" in result.stderr
+
+
+def test_files_that_cannot_be_read_do_not_keep_others_from_being_played(session):
+    result = play(session(GOOD), session("== a\n> FOO\n", "b.session"), "gone.session")
+    assert result.returncode == 1
+    assert "b.session:2:3: unknown command FOO" in result.stderr
+    assert "gone.session: No such file" in result.stderr
+    assert "6 passed, 0 failed" in result.stdout
+    assert "2 files cannot be read" in result.stdout
+
+
+def test_a_bench_hangs_on_the_modules(session, tmp_path):
+    bench = tmp_path / "bench.toml"
+    bench.write_text('[[module]]\ninput.IN_3 = {kind = "constant", value = 1023}\n')
+    path = session("== input\n> GIO 3, 0\n< 100 1\n")
+    assert play(path, "--bench", bench).returncode == 0
+    assert play(path).returncode == 1
+    bench.write_text("[[modul]]\n")
+    result = play(path, "--bench", bench)
+    assert result.returncode == 2
+    assert "bench.toml" in result.stderr
+
+
+def test_results_go_into_a_junit_file(session, tmp_path):
+    out = tmp_path / "out.xml"
+    play(session(BAD), session(GOOD, "good.session"), "--junit", out, "--model", "343", "--link", "serial")
+    bad, good = ET.parse(out).getroot()
+    assert (bad.get("tests"), bad.get("failures"), good.get("failures")) == ("1", "1", "0")
+    (case,) = bad
+    assert (case.get("name"), case.get("line")) == ("title of it [343 serial]", "1")
+    assert "value 1000" in case[0].text
+
+
+# On a module that might be real
+
+
+@pytest.mark.parametrize("link", ["--pty", "--tcp=0"])
+def test_a_session_is_played_at_a_port(serve, session, link):
+    served = serve(link, "--model", "341", "--speed", "10")
+    port = f"tcp://{served.tcp}" if "tcp" in link else served.pty
+    path = session(GOOD + MOVING + "== bench\n> GAP 1, 0\n< 100\n! power cycle\n> GAP 1, 0\n")
+    result = play(path, "--port", port, "--yes")
+    assert (result.returncode, result.stderr) == (0, "")
+    assert "3 passed, 0 failed" in result.stdout
+    assert "2 lines left out: they need a bench" in result.stdout
+
+
+def test_a_motion_is_asked_for(serve, session):
+    served = serve("--tcp=0")
+    path = session(MOVING)
+    result = play(path, "--port", f"tcp://{served.tcp}")
+    assert (result.returncode, result.stderr) == (
+        2,
+        "tmcm34x play: sessions that may move motors are played with --yes only, when nobody can be asked\n",
+    )
+    assert f"{path}:2: > MVP ABS, 0, 5000: may move a motor" in result.stdout
+
+
+def test_a_real_module_that_does_otherwise_is_found_out(serve, session):
+    served = serve("--tcp=0")
+    result = play(session(BAD + "== silent\n> GAP 4, 0\n< -\n"), "--port", f"tcp://{served.tcp}")
+    assert result.returncode == 1
+    assert "0 passed, 2 failed" in result.stdout
+
+
+def test_a_port_that_cannot_be_opened_is_told_in_a_line(session):
+    result = play(session(GOOD), "--port", "/dev/nothing")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr.startswith("tmcm34x play: cannot open /dev/nothing")
+    result = play(session(GOOD), "--port", "/dev/nothing", "--bench", "b.toml")
+    assert "--bench is for virtual modules" in result.stderr
