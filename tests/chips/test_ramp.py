@@ -1,7 +1,7 @@
 """The ramp generator in closed form against its definition, tick by tick."""
 
 from dataclasses import replace
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from pathlib import Path
 
 import pytest
@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from chips.harness import TICK, Pair, chip_with, events_until, get_field, path, set_field, signed24
 from chips.oracle import RAMP, VELOCITY, Oracle
 from tmcm34x.chips.ramp import brake_factor, floors
+from tmcm34x.chips.registers import BY_NAME
 from tmcm34x.clock import HZ, NEVER, run_until
+from work import lines_of
 
 VECTORS = Path(__file__).parents[1] / "vectors" / "ramps" / "positioning.tsv"
 
@@ -180,6 +182,31 @@ def test_the_step_that_leaves_a_watched_range_is_an_event(values, below, above):
     while low <= copy.x <= high and copy.n < oracle.n:
         copy.tick()
     assert low <= copy.x <= high or copy.n * TICK in events
+
+
+@settings(max_examples=60, deadline=None)
+@given(settings_of_an_axis(), st.lists(st.tuples(actions, st.integers(0, 4)), min_size=1, max_size=8))
+def test_the_way_to_the_next_event_is_bounded_work_however_far_it_is(values, script):
+    pair = Pair()
+    pair.change(**values)
+    chip, oracle = pair.chip, pair.oracle
+    for (name, value), events in script:
+        oracle.x = chip.position(0)
+        act(pair, name, value)
+        for _ in range(events):
+            due = min(chip.next_event(), chip.now + 10**6 * HZ)
+            assert due > chip.now
+            lines_of(lambda due=due: (chip.advance(due), chip.next_event()), 150_000)
+
+
+def test_a_turning_motor_passes_its_target_once_each_turn_of_the_counter():
+    chip = chip_with(mode=VELOCITY, v_max=1024, v_target=1024, a_max=2047, x_target=1000)
+    events_until(chip, HZ // 100)
+    chip.transfer(BY_NAME["X_ACTUAL"].write(0))
+    turn = 2**24 * 2 * TICK
+    arrivals = [clock for clock, position, _ in path(chip, limit=5 * turn + HZ) if position == 1000]
+    assert len(arrivals) == 5
+    assert {after - before for before, after in pairwise(arrivals)} == {turn}
 
 
 @settings(max_examples=200, deadline=None)

@@ -243,9 +243,13 @@ class Change(Part):
         pulses = ((n & axis.ramp_mask) >> axis.pulse_div) + 1
         return self.start.acc + self.pulsed(ramps - 1) + (self.speed + self.step * ramps >> 8) * pulses
 
+    def moved(self, n: int) -> int:
+        """The number of steps from the start to tick n."""
+        return self._weight(n) >> 11
+
     def position(self, n: int) -> int:
         """X_ACTUAL after a tick of the part."""
-        return signed24(self.start.x + self.direction * (self._weight(n) >> 11))
+        return signed24(self.start.x + self.direction * self.moved(n))
 
     def when(self, steps: int) -> int:
         """The tick of a step within the part, the first being 1."""
@@ -341,6 +345,10 @@ class Braking(Part):
                 piece = self.axis.simple_part(piece.at(piece.end))
             self._found = piece
         return piece.at(n)
+
+    def moved(self, n: int) -> int:
+        """The number of steps from the start to tick n; less than half a turn of the counter."""
+        return self.direction * (self.at(n).x - self.start.x) % TURN
 
     def position(self, n: int) -> int:
         """X_ACTUAL after a tick of the part."""
@@ -536,9 +544,7 @@ class Axis:
                 return mark
             tick = part.reached(steps(part.start, part.direction))
             if tick <= n:
-                state = self.at(n)
-                before = part.direction * (state.x - part.start.x) % TURN
-                tick = part.reached(before + steps(state, part.direction))
+                tick = part.reached(part.moved(n) + steps(self.at(n), part.direction))
             mark = min(mark, tick)
             if mark < LAST or part.end == LAST:
                 return mark
