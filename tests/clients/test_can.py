@@ -95,9 +95,12 @@ def test_a_bus_of_python_can():
             client.send(
                 can.Message(arbitration_id=1, data=bytes((6, 4, 0, 0, 0, 0, 0)), is_extended_id=False)
             )
-            client.send(can.Message(arbitration_id=1, data=bytes(7), is_extended_id=True))
-            reply = await asyncio.to_thread(client.recv, 2)
-            assert (reply.arbitration_id, bytes(reply.data)) == (2, bytes((1, 100, 6, 0, 0, 3, 232)))
+            request = can.Message(arbitration_id=1, data=bytes((6, 4, 0, 0, 0, 0, 0)), is_extended_id=True)
+            client.send(request)
+            for _ in range(2):
+                reply = await asyncio.to_thread(client.recv, 2)
+                assert (reply.arbitration_id, reply.is_extended_id) == (2, False)
+                assert bytes(reply.data) == bytes((1, 100, 6, 0, 0, 3, 232))
             assert await asyncio.to_thread(client.recv, 0.05) is None
         await server.close()
 

@@ -51,7 +51,7 @@ def test_ascii_lines_may_follow_139_in_one_piece() -> None:
         (b"AMST\r", b"BA 100 0\r"),
         (b"ASAP, 4, 0, 996\r", b"BA 100 996\r"),
         (b"ASAP 140, 0, 6\r", b"BA 100 6\r"),
-        (b"a gap 4 , 0\r", b"BA 100 1000\r"),
+        (b"A gap 4 , 0\r", b"BA 100 1000\r"),
         (b"\nAGAP 4 0\r\n", b"BA 100 1000\r"),
         (b"AGAP 200, 0\r", b"BA 3 0\r"),
         (b"ASAP 4, 0, 5000\r", b"BA 4 5000\r"),
@@ -121,6 +121,11 @@ def test_letters_follow_the_addresses() -> None:
     assert wire.send(b"AGAP 4, 0\r") == b""
     direct(wire.port.module, "SGP 66, 0, 0")
     assert wire.send(b"@GAP 4, 0\r") == b"Z@ 100 1000\r"
+    direct(wire.port.module, "SGP 66, 0, 33")
+    assert wire.send(b"AGAP 4, 0\r") == b""
+    assert wire.send(b"aGAP 4, 0\r") == b"Za 100 1000\r"
+    direct(wire.port.module, "SGP 66, 0, 1")
+    assert wire.send(b"aGAP 4, 0\r") == b""
 
 
 def test_run_starts_the_program_and_stop_stops_it() -> None:

@@ -43,6 +43,13 @@ def test_identifiers_are_those_of_parameters_70_71_and_83():
     assert port.bit_rate == 125_000 - 25_000
 
 
+def test_extended_frames_are_answered_like_standard_ones():
+    _, port, sent = wired()
+    port.receive(1 << 31 | 1, pack_can_request(Instruction(6, 4, 0)))
+    port.receive(1 << 31 | 0x10000001, pack_can_request(Instruction(6, 4, 0)))
+    assert sent == [(2, bytes.fromhex("01 64 06 000003e8"))]
+
+
 @pytest.mark.parametrize(("size", "text"), [(7, b"343V4.3"), (8, b"343V4.36")])
 def test_the_version_loses_its_last_character_in_seven_bytes(size, text):
     _, port, sent = wired()

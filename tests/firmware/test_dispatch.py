@@ -224,7 +224,7 @@ def test_commands_are_stored_while_downloading():
     module = switched_on()
     host = Host(module)
     host.do("132 0, 0, 5")
-    assert [host.status(line) for line in ("ROR 0, 500", "GAP 1, 0", "99 1, 2, 3", "136 1, 0, 0")] == [
+    assert [host.status(line) for line in ("ROR 0, 500", "GAP 1, 0", "99 1, 2, 3", "131 0, 0, 0")] == [
         101,
         101,
         101,

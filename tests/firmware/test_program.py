@@ -520,10 +520,39 @@ def test_control_functions_are_refused_during_a_download() -> None:
     wire = Wire(module)
     wire.ask(132)
     assert wire.ask(129).status == Status.NOT_AVAILABLE
-    assert wire.ask(136, 1).status == Status.NOT_AVAILABLE
+    assert wire.ask(132).status == Status.NOT_AVAILABLE
     assert wire.ask(37, 1, 2, 3).status == Status.LOADED
     wire.ask(133)
     assert module.eeprom.read_instruction(0) == Instruction(37, 1, 2, 3)
+
+
+def test_the_version_is_told_during_a_download() -> None:
+    """A host that finds a module in the middle of somebody else's download still learns what it is."""
+    module = module_with("")
+    wire = Wire(module)
+    wire.ask(132, value=7)
+    assert wire.ask(136, 1).value == 343 << 16 | 0x0424
+    assert wire.ask(37, 1, 2, 3).status == Status.LOADED
+    wire.ask(133)
+    assert module.eeprom.read_instruction(7) == Instruction(37, 1, 2, 3)
+
+
+def test_a_step_stops_a_running_program_after_its_next_command() -> None:
+    module = started("Loop: CALC ADD, 1 \n JA Loop")
+    run_ms(module, 1)
+    executed = module.program.executed
+    assert Wire(module).ask(130).status == Status.OK
+    run_ms(module, 5)
+    assert not module.program.active
+    assert module.program.executed == executed + 1
+
+
+def test_the_status_of_the_application_is_in_the_low_byte() -> None:
+    module = module_with("Loop: JA Loop")
+    wire = Wire(module)
+    assert wire.ask(135).value == 0
+    wire.ask(129)
+    assert wire.ask(135).value == 1
 
 
 def test_a_program_of_more_than_2048_commands_is_refused() -> None:

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tmcm34x.links import EXTENDED
 from tmcm34x.links.slcan import BIT_RATES, Adapter
 
 
@@ -101,8 +102,17 @@ def test_questions_about_the_adapter(host, line, answer):
     assert host.ask(line + "\r") == answer
 
 
-@pytest.mark.parametrize("line", ["T000000010", "r0010", "R000000010"])
-def test_extended_and_remote_frames_reach_nobody(host, line):
+def test_extended_frames_go_out_as_such(host):
+    host.ask("S8\rO\r")
+    assert host.ask("T00000001706040000000000\r") == "Z\r"
+    assert host.bus.frames == [(EXTENDED | 1, bytes.fromhex("06040000000000"), 1_000_000)]
+    host.bus.deliver(EXTENDED | 0x1FFFFFFF, b"\x01")
+    assert host.ask("") == "T1FFFFFFF101\r"
+    assert host.ask("T200000000\r") == "\a"
+
+
+@pytest.mark.parametrize("line", ["r0010", "R000000010"])
+def test_remote_frames_reach_nobody(host, line):
     assert host.ask(f"O\r{line}\r") in {"\rz\r", "\rZ\r"}
     assert not host.bus.frames
 

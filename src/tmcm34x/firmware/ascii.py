@@ -1,8 +1,8 @@
 """The ASCII interface: command lines instead of telegrams on a serial port.
 
-A line is an address letter ("A" is module 1), a command as in the TMCL-IDE, and a carriage return.  The answer
-is the host's letter, the module's letter, a status and a value: `BA 100 -5000`.  Lines for other modules are
-neither echoed nor answered.  Line feeds mean nothing, so that terminals may send either line end.
+A line is an address letter ("A" is module 1, "a" is module 33), a command as in the TMCL-IDE, and a carriage
+return.  The answer is the host's letter, the module's letter, a status and a value: `BA 100 -5000`.  Lines for other
+modules are neither echoed nor answered.  Line feeds mean nothing, so that terminals may send either line end.
 
 Missing operands count as 0, and commas may stand wherever blanks may: real clients send `AMST` and
 `ASAP, 4, 0, 996`.
@@ -68,10 +68,8 @@ class AsciiLine:
 
     @property
     def _addressed(self) -> bool:
-        """Whether the line so far begins with the module's letter; small letters count as capitals."""
-        own = letter(self._module.address)
-        first = bytes(self._line[:1])
-        return own in (first, first.upper())
+        """Whether the line so far begins with the module's letter."""
+        return bytes(self._line[:1]) == letter(self._module.address)
 
     def _take(self, character: int) -> None:
         if character == _LINE_FEED:

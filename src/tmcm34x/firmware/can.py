@@ -1,7 +1,8 @@
 """A CAN port: frames of seven or eight bytes, answered with as many.
 
-The module hears the identifiers of global parameters 71 and, unless 0, 83; it answers with that of 70.  Frames
-with other identifiers or lengths are ignored.  Telegram pause and serial heartbeat are no business of CAN.
+The module listens to the identifiers of global parameters 71 and, unless 0, 83; it answers with that of 70.  Frames
+with other identifiers or lengths are ignored; extended identifiers count like standard ones.  Telegram pause and
+serial heartbeat do not concern CAN.
 
 Source: manual 6.1, 6.2, 6.7.36, 8.1 (69 to 71, 83); reply layout: fidelity TMCL-12, FW-87.
 """
@@ -9,7 +10,7 @@ Source: manual 6.1, 6.2, 6.7.36, 8.1 (69 to 71, 83); reply layout: fidelity TMCL
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from tmcm34x.tmcl.datagram import CAN_SIZES, Reply, pack_can_reply, unpack_can_request
 from tmcm34x.tmcl.global_parameters import CAN_BIT_RATES
@@ -17,6 +18,9 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.module import Module
+
+
+_IDENTIFIER_BITS: Final = (1 << 29) - 1
 
 
 class CanPort:
@@ -45,8 +49,8 @@ class CanPort:
         """Nothing to forget: a frame is a whole command."""
 
     def receive(self, identifier: int, data: bytes) -> None:
-        """Take a frame from the bus, at the module's present clock."""
-        module = self.module
+        """Take a frame from the bus, at the module's present clock; bits above the 29 of an identifier are ignored."""
+        module, identifier = self.module, identifier & _IDENTIFIER_BITS
         if not module.powered or identifier not in self.identifiers or len(data) not in CAN_SIZES:
             return
         if module.observer is not None:

@@ -41,6 +41,8 @@ INSTRUCTION_CLOCKS: Final = MS // 10
 
 _CONTROL: Final = frozenset(row.number for row in CONTROL_FUNCTIONS)
 QUIT_DOWNLOAD: Final = 133
+_IN_DOWNLOAD: Final = frozenset({QUIT_DOWNLOAD, 136})
+"""Control functions that are executed in download mode too (fidelity PROG-15)."""
 BOOT: Final = 242
 
 _SMGP: Final = FIELDS["LSMD"][0]
@@ -302,7 +304,7 @@ class Module:
         """Execute a command that came through `port` in `size` bytes, and answer it."""
         number, type_, motor, value = instruction
         program = self.program
-        if program.downloading and number != QUIT_DOWNLOAD:
+        if program.downloading and number not in _IN_DOWNLOAD:
             port.answer(program.load(instruction), number, value, size)
             return
         if program.state:

@@ -13,7 +13,7 @@ Read in this order: this file, `memory`, `pty`, `tcp`, `serial`, `slcan`, `can`;
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol, runtime_checkable
+from typing import Final, Protocol, runtime_checkable
 
 Send = Callable[[bytes], None]
 """Takes bytes for the client; bytes that nobody fetches are lost, as on a wire."""
@@ -80,6 +80,9 @@ class Plug(Protocol):
         """Accept clients again."""
         ...
 
+
+EXTENDED: Final = 1 << 31
+"""Set in the identifier of a CAN frame that has 29 bits of it, not 11 (as in SocketCAN)."""
 
 SendFrame = Callable[[int, bytes], None]
 """Takes identifier and data bytes of a CAN frame for the client."""

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 from typing import Any, cast
 
-from tmcm34x.links import ConnectBus, LinkError
+from tmcm34x.links import EXTENDED, ConnectBus, LinkError
 
 
 class CanBusLink:
@@ -54,8 +54,12 @@ class CanBusLink:
         if self._bus is None:
             return
         with contextlib.suppress(self._error):  # nobody acknowledges: the frame is lost, as on a real bus
-            self._bus.send(self._message(arbitration_id=identifier, data=data, is_extended_id=False))
+            extended = bool(identifier & EXTENDED)
+            self._bus.send(
+                self._message(arbitration_id=identifier & ~EXTENDED, data=data, is_extended_id=extended)
+            )
 
     def _receive(self, message: Any) -> None:
-        if not (message.is_extended_id or message.is_remote_frame or message.is_error_frame):
-            self._peer.receive(message.arbitration_id, bytes(message.data), None)
+        if not (message.is_remote_frame or message.is_error_frame):
+            identifier = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
+            self._peer.receive(identifier, bytes(message.data), None)

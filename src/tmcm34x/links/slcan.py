@@ -4,8 +4,8 @@ Any program that drives such an adapter can open it: python-can's `slcan`, PyTri
 channel that is closed neither sends nor hears; one that only listens does not send; one with another bit rate than
 the module is not understood.
 
-Leaves out: acceptance filters (M, m) and bus timing registers (s), which are taken and have no effect.  Extended
-and remote frames are taken and reach nobody.
+Leaves out: acceptance filters (M, m) and bus timing registers (s), which are taken and have no effect.  Remote
+frames are taken and reach nobody.
 
 Source: LAWICEL CANUSB manual; fidelity WIRE-7.
 """
@@ -15,13 +15,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from tmcm34x.links import BusPeer, ConnectBus, Peer, Send
+from tmcm34x.links import EXTENDED, BusPeer, ConnectBus, Peer, Send
 from tmcm34x.links.pty import PtyLink
 
 BIT_RATES: Final = (10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)
 """Bits per second by the digit of the command S."""
 LONGEST_LINE: Final = 64
 LARGEST_IDENTIFIER: Final = 0x7FF
+LARGEST_EXTENDED_IDENTIFIER: Final = (1 << 29) - 1
 
 _OK: Final = ""
 _END: Final = "\r"
@@ -103,7 +104,9 @@ class Adapter:
     def _deliver(self, identifier: int, data: bytes) -> None:
         if self._open:
             stamp = f"{self._milliseconds() % _MINUTE_MS:04X}" if self._stamped else ""
-            self._send(f"t{identifier:03X}{len(data)}{data.hex().upper()}{stamp}\r".encode("ascii"))
+            extended = identifier & EXTENDED
+            name = f"T{identifier & ~EXTENDED:08X}" if extended else f"t{identifier:03X}"
+            self._send(f"{name}{len(data)}{data.hex().upper()}{stamp}\r".encode("ascii"))
 
     def _execute(self, line: str) -> str:
         """Do what a line says; returns the answer, CR excluded."""
@@ -121,10 +124,13 @@ class Adapter:
                 self._open = False
                 return _OK
             case "t" if self._open and not self._listening:
-                self._transmit(operand)
+                self._transmit(operand, 3, LARGEST_IDENTIFIER)
                 return "z"
-            case "T" | "r" | "R" if self._open and not self._listening:
-                return "Z" if line[0] in "TR" else "z"
+            case "T" if self._open and not self._listening:
+                self._transmit(operand, 8, LARGEST_EXTENDED_IDENTIFIER, EXTENDED)
+                return "Z"
+            case "r" | "R" if self._open and not self._listening:
+                return "Z" if line[0] == "R" else "z"
             case "Z" if not self._open and operand in {"0", "1"}:
                 self._stamped = operand == "1"
                 return _OK
@@ -137,11 +143,13 @@ class Adapter:
             case _:
                 raise _Refused
 
-    def _transmit(self, operand: str) -> None:
-        identifier, size, data = int(operand[:3], 16), int(operand[3:4]), bytes.fromhex(operand[4:])
-        if size > 8 or len(data) != size or identifier > LARGEST_IDENTIFIER:
+    def _transmit(self, operand: str, digits: int, largest: int, kind: int = 0) -> None:
+        """Send a frame whose identifier is written with so many digits."""
+        identifier, size = int(operand[:digits], 16), int(operand[digits : digits + 1])
+        data = bytes.fromhex(operand[digits + 1 :])
+        if size > 8 or len(data) != size or identifier > largest:
             raise _Refused
-        self._bus.receive(identifier, data, self._bit_rate)
+        self._bus.receive(identifier | kind, data, self._bit_rate)
 
 
 _IDENTITY: Final = {"V": "V1011", "v": "v0343", "N": "N034X"}

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Final, Protocol, TextIO
 
 from tmcm34x import clock
+from tmcm34x.links import EXTENDED
 from tmcm34x.tmcl.datagram import SIZE
 from tmcm34x.tmcl.telegrams import Direction, Kind, explain
 
@@ -80,7 +81,8 @@ class LineLog:
 
     def add_frame(self, now: int, direction: Direction, identifier: int, data: bytes) -> None:
         """Take a CAN frame."""
-        self._sink.write(now, f"{self._name} {identifier:03x}", direction, data, "frame")
+        number = f"{identifier & ~EXTENDED:08x}" if identifier & EXTENDED else f"{identifier:03x}"
+        self._sink.write(now, f"{self._name} {number}", direction, data, "frame")
 
     def _write(self, now: int, direction: Direction, data: bytes, kind: Kind) -> None:
         self._sink.write(now, self._name, direction, data, kind)
