@@ -123,7 +123,7 @@ def test_bytes_have_no_place_on_a_can_bus():
 
 
 def test_a_fault_that_a_model_cannot_have_is_a_failure():
-    with pytest.raises(SessionFailedError, match="no fault 'short_a' on motor 0 of a TMCM-342"):
+    with pytest.raises(SessionFailedError, match="a TMCM-342 has no drivers to fail"):
         played("! motor 0 fault short_a begins", model=342)
 
 

@@ -11,12 +11,14 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from tmcm34x.bench.world import SHUTDOWN, World
-from tmcm34x.board.board import ANALOG_MAX
+from tmcm34x.board.board import ANALOG_MAX, SELECTS
 from tmcm34x.chips.tmc246 import FAULTS
 from tmcm34x.tmcl.commands import MOTORS
+from tmcm34x.world.device import Constant, Previous
 
 if TYPE_CHECKING:
     from tmcm34x.bench.rig import Rig
+    from tmcm34x.board.board import SpiDevice
 
 Value = int | float | str | bool | None
 Accept = Callable[[Any], bool]
@@ -78,6 +80,19 @@ _MOTOR: Final = Operand("motor", f"motor 0..{MOTORS - 1}", _whole(0, MOTORS - 1)
 _SIDE: Final = Operand("side", "left or right", _one_of("left", "right"))
 _ON: Final = Operand("on", "true or false", _switched)
 
+
+def _previous(value: int) -> SpiDevice:
+    del value
+    return Previous()
+
+
+_DEVICES: Final[Mapping[str, Callable[[int], SpiDevice]]] = {"previous": _previous, "constant": Constant}
+
+
+def _attach(world: World, select: int, device: str, value: int) -> None:
+    world.module.board.attach_spi(select, _DEVICES[device](value))
+
+
 ACTIONS: Final[Mapping[str, Row]] = {
     "switch": Row(
         "hold a switch line active or inactive, or give it back to its switches",
@@ -107,6 +122,19 @@ ACTIONS: Final[Mapping[str, Row]] = {
         "take a load to a position by force",
         (_MOTOR, Operand("position", "position in millimetres or degrees", _number)),
         World.move,
+    ),
+    "spi": Row(
+        "put a device on a select line of the SPI bus, instead of what is there",
+        (
+            Operand("select", f"select line 0..{SELECTS - 1}", _whole(0, SELECTS - 1)),
+            Operand(
+                "device",
+                "previous, which answers with the previous transfer, or constant",
+                _one_of(*_DEVICES),
+            ),
+            Operand("value", "what constant answers, 32 bits", _whole(0, 0xFFFF_FFFF)),
+        ),
+        _attach,
     ),
     "power": Row("switch the supply of the module", (_ON,), World.set_power),
 }

@@ -44,3 +44,27 @@ class Buttons:
         """One transfer: the inputs first, then what was shifted in behind them."""
         shifted = self.inputs << 8 * nbytes | data
         return shifted >> 8 * self.size
+
+
+class Previous:
+    """Answers a transfer with what came in the one before, as many slaves with one buffer do."""
+
+    def __init__(self) -> None:
+        self.last = 0
+
+    def exchange(self, data: int, nbytes: int) -> int:
+        """One transfer."""
+        answer, self.last = self.last, data
+        return answer & ((1 << 8 * nbytes) - 1)
+
+
+class Constant:
+    """Answers every transfer with the low bytes of `value`."""
+
+    def __init__(self, value: int) -> None:
+        self.value = value
+
+    def exchange(self, data: int, nbytes: int) -> int:
+        """One transfer."""
+        del data
+        return self.value & ((1 << 8 * nbytes) - 1)

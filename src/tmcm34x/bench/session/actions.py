@@ -6,8 +6,9 @@ real module cannot play it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
+from tmcm34x.bench import action as bench
 from tmcm34x.bench.session.errors import Unmet
 from tmcm34x.clock import seconds
 from tmcm34x.tmcl.datagram import Instruction, Reply
@@ -15,7 +16,7 @@ from tmcm34x.tmcl.datagram import Instruction, Reply
 if TYPE_CHECKING:
     from tmcm34x.bench.session.condition import Condition
     from tmcm34x.bench.session.player import Player
-    from tmcm34x.bench.session.world import Act
+    from tmcm34x.bench.session.world import Deeds
 
 
 class Send(NamedTuple):
@@ -165,17 +166,18 @@ class Wait(NamedTuple):
 class Happen(NamedTuple):
     """`! power off`: something happens to the module."""
 
-    act: Act
-    values: tuple[Any, ...]
+    deeds: Deeds
 
     asks = True
     needs_bench = True
 
     def play(self, player: Player) -> None:
         """Have it happen, now."""
+        rig, number = player.unit
         try:
-            self.act(player.unit, *self.values)
-        except ValueError as error:
+            for name, operands in self.deeds:
+                rig.act(bench.Action(name, number, operands))
+        except bench.ActionError as error:
             raise Unmet("something that this module can do", str(error)) from None
         player.wire.advance(0)
 

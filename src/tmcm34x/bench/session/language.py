@@ -238,7 +238,8 @@ def _read_wait(text: str) -> Action:
 
 
 def _read_event(text: str) -> Action:
-    return actions.Happen(*read_phrase(text, EVENTS))
+    deeds, values = read_phrase(text, EVENTS)
+    return actions.Happen(deeds(*values))
 
 
 def _read_check(text: str) -> Action:

@@ -8,7 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from tmcm34x.bench.action import Value
 from tmcm34x.bench.session.phrase import Phrase, phrase
+from tmcm34x.bench.world import SHUTDOWN
+from tmcm34x.board.board import ANALOG_MAX
 from tmcm34x.chips.tmc246 import FAULTS
 
 if TYPE_CHECKING:
@@ -16,8 +19,6 @@ if TYPE_CHECKING:
     from tmcm34x.bench.world import AxisView, World
     from tmcm34x.firmware.module import Module
 
-SHUTDOWN: Final = 8
-HIGH: Final = 1023
 TOLERANCE: Final = 0.02
 """Millimetres or degrees by which a load may be beside where it is said to be."""
 MIXED_DECAY: Final = 0x820
@@ -55,8 +56,8 @@ class Unit(NamedTuple):
         return board.chips[chip].position(smda), board.chips[chip].velocity(smda)
 
 
-Act = Callable[..., None]
-"""Does something to a unit."""
+Deeds = tuple[tuple[str, tuple[Value, ...]], ...]
+"""Names and operands of the bench's actions (`bench.action.ACTIONS`) that an event consists of."""
 Look = Callable[..., "Seen"]
 """Measures something on a unit."""
 
@@ -68,75 +69,49 @@ class Seen(NamedTuple):
     what: str
 
 
-class Previous:
-    """An SPI device that answers a telegram with the one before."""
-
-    def __init__(self) -> None:
-        self.last = 0
-
-    def exchange(self, data: int, nbytes: int) -> int:
-        """Take `nbytes` bytes, return those of the last transfer."""
-        answer, self.last = self.last, data
-        return answer & ((1 << 8 * nbytes) - 1)
+def _power(what: str) -> Deeds:
+    states = {"off": (False,), "on": (True,), "cycle": (False, True)}[what]
+    return tuple(("power", (state,)) for state in states)
 
 
-class Constant:
-    """An SPI device that always answers the same."""
-
-    def __init__(self, value: int) -> None:
-        self.value = value
-
-    def exchange(self, data: int, nbytes: int) -> int:
-        """Take anything, return the value."""
-        del data
-        return self.value & ((1 << 8 * nbytes) - 1)
+def _switch(motor: int, side: str, what: str) -> Deeds:
+    return (("switch", (motor, side, {"closes": True, "opens": False, "works": None}[what])),)
 
 
-def _power(unit: Unit, what: str) -> None:
-    if what != "on":
-        unit.world.set_power(False)
-    if what != "off":
-        unit.world.set_power(True)
+def _cable(motor: int, side: str, what: str) -> Deeds:
+    return (("unplug", (motor, side, what == "breaks")),)
 
 
-def _switch(unit: Unit, motor: int, side: Any, what: str) -> None:
-    unit.world.set_switch(motor, side, {"closes": True, "opens": False, "works": None}[what])
+def _fault(motor: int, name: str, what: str) -> Deeds:
+    return (("fault", (motor, name, what == "begins")),)
 
 
-def _cable(unit: Unit, motor: int, side: Any, what: str) -> None:
-    unit.world.unplug(motor, side, what == "breaks")
+def _move(motor: int, position: float) -> Deeds:
+    return (("move", (motor, position)),)
 
 
-def _fault(unit: Unit, motor: int, name: str, what: str) -> None:
-    unit.world.set_fault(motor, name, what == "begins")
+def _push(motor: int, torque_nm: float) -> Deeds:
+    return (("push", (motor, torque_nm)),)
 
 
-def _level(unit: Unit, number: int, level: str) -> None:
-    unit.world.set_level(number, HIGH * (level == "high"))
+def _level(number: int, level: str) -> Deeds:
+    return (("level", (number, ANALOG_MAX * (level == "high"))),)
 
 
-def _spi_constant(unit: Unit, select: int, value: int) -> None:
-    unit.module.board.attach_spi(select, Constant(value))
+def _analog(number: int, value: int) -> Deeds:
+    return (("level", (number, value)),)
 
 
-def _move(unit: Unit, motor: int, position: float) -> None:
-    unit.world.move(motor, position)
+def _shutdown(level: str) -> Deeds:
+    return _level(SHUTDOWN, level)
 
 
-def _push(unit: Unit, motor: int, torque_nm: float) -> None:
-    unit.world.push(motor, torque_nm)
+def _spi_echo(select: int) -> Deeds:
+    return (("spi", (select, "previous", 0)),)
 
 
-def _analog(unit: Unit, number: int, value: int) -> None:
-    unit.world.set_level(number, value)
-
-
-def _shutdown(unit: Unit, level: str) -> None:
-    _level(unit, SHUTDOWN, level)
-
-
-def _spi_echo(unit: Unit, select: int) -> None:
-    unit.module.board.attach_spi(select, Previous())
+def _spi_constant(select: int, value: int) -> Deeds:
+    return (("spi", (select, "constant", value)),)
 
 
 EVENTS: Final[tuple[Phrase, ...]] = (
