@@ -244,3 +244,15 @@ def test_a_file_that_cannot_be_written_is_one_line(run, option):
 def test_a_missing_program_is_one_line(run):
     status, _, err = run(Path("missing.tmc"))
     assert (status, err) == (2, "missing.tmc: No such file or directory")
+
+
+def test_expectations_of_the_bench_file_are_checked(run):
+    program = "MVP ABS, 0, 10000\nWAIT POS, 0, 0\nSIO 0, 2, 1\nSTOP\n"
+    text = '[[module]]\n[[event]]\nat_ms = 0\ndo = "expect"\nexpect = "{}"\n'
+    bench = Path("bench.toml")
+    bench.write_text(text.format("within 3 s: output 0 high"))
+    assert run(program, "--bench", bench)[0] == 0
+    bench.write_text(text.format("always: outputs 00000000"))
+    status, _, err = run(program, "--bench", bench)
+    assert status == 4
+    assert "tmcm34x run: bench.toml: 'always: outputs 00000000' of event[0] failed at 0." in err

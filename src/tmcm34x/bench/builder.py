@@ -25,6 +25,7 @@ from tmcm34x.world.motor import FINENESS, Motor
 from tmcm34x.world.switch import FAR, Contact, Line, Switch, noise
 
 if TYPE_CHECKING:
+    from tmcm34x.bench.session.watch import Expectation
     from tmcm34x.board.board import SpiDevice
 
 MOTORS: Final = 3
@@ -59,8 +60,15 @@ def build(bench: d.Bench, eeproms: Sequence[Eeprom | None] = ()) -> Rig:
     for world, module in zip(worlds, bench.module, strict=True):
         if module.powered:
             world.module.power_on()
-    happenings = [_happening(f"event[{n}]", n, event, worlds) for n, event in enumerate(bench.event)]
-    return Rig(worlds, happenings)
+    _check_modules(bench)
+    numbered = list(enumerate(bench.event))
+    happenings = [
+        _happening(f"event[{n}]", n, event, worlds) for n, event in numbered if event.do != "expect"
+    ]
+    expectations = [_expectation(f"event[{n}]", event) for n, event in numbered if event.do == "expect"]
+    rig = Rig(worlds, happenings)
+    rig.expectations = tuple(expectations)
+    return rig
 
 
 def _world(bench: d.Bench, index: int, eeprom: Eeprom | None) -> World:
@@ -283,9 +291,25 @@ _OPERANDS: Final[Mapping[str, Callable[[d.Event], tuple[Value, ...]]]] = {
 """Operands of the action that an event of a bench file stands for."""
 
 
+def _check_modules(bench: d.Bench) -> None:
+    for n, event in enumerate(bench.event):
+        if event.module >= len(bench.module):
+            raise BenchError(f"event[{n}].module: there are {len(bench.module)} modules")
+
+
+def _expectation(path: str, event: d.Event) -> Expectation:
+    from tmcm34x.bench.session.language import read_expectation
+    from tmcm34x.bench.session.phrase import LineError
+    from tmcm34x.bench.session.watch import Expectation
+
+    try:
+        content = read_expectation(event.expect)
+    except LineError as error:
+        raise BenchError(f"{path}.expect: column {error.column + 1}: {error.problem}") from None
+    return Expectation(_ms(event.at_ms), event.module, path, event.expect, content)
+
+
 def _happening(path: str, number: int, event: d.Event, worlds: Sequence[World]) -> Happening:
-    if event.module >= len(worlds):
-        raise BenchError(f"{path}.module: there are {len(worlds)} modules")
     world = worlds[event.module]
     if event.do == "fault" and world.module.board.model.drivers is None:
         raise BenchError(f"{path}.fault: a {world.module.board.model.name} has no drivers")

@@ -285,11 +285,13 @@ class Event(Struct, frozen=True):
 
     at_ms: Annotated[NotNegative, _text("when")]
     do: Annotated[
-        Literal["fault", "power", "unplug", "switch", "push", "move", "level"],
+        Literal["fault", "power", "unplug", "switch", "push", "move", "level", "expect"],
         _text(
             "fault: put `fault` on a driver or end it; power: switch the supply; unplug: break the cable of a switch "
             "line (`side`); switch: hold a line (`side`) at a level; push: a hand's torque (`value`, Nm at the motor) "
-            "on the shaft; move: take the load to a position (`value`) by force; level: hold input `input` at `value`"
+            "on the shaft; move: take the load to a position (`value`) by force; level: hold input `input` at `value`; "
+            "expect: from here on, "
+            "`expect` must come true (docs/sessions.md), which `run --bench` checks"
         ),
     ]
     module: Annotated[Index, _text("index of the module in the file")] = 0
@@ -302,6 +304,9 @@ class Event(Struct, frozen=True):
     ] = "IN_0"
     on: Annotated[bool, _text("whether it begins or ends; for a switch line, active or not")] = True
     value: Annotated[float, _text("torque, position or level")] = 0.0
+    expect: Annotated[
+        str, _text("`within 5 s: motor 0 at 100`, `always: outputs 00000000` or `never: motor 0 lost steps`")
+    ] = ""
 
 
 class Bench(Struct, frozen=True):

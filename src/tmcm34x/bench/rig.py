@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from heapq import heapify, heappop
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from tmcm34x.bench.action import Action, perform
 from tmcm34x.bench.world import Fitting, World
@@ -17,6 +17,9 @@ from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.world.axis import Axis
 from tmcm34x.world.load import Carriage
 from tmcm34x.world.motor import Motor
+
+if TYPE_CHECKING:
+    from tmcm34x.bench.session.watch import Expectation
 
 FREE_SHAFT: Final = Carriage(mass_kg=0.0, friction_n=0.0)
 """The load of a motor that nothing is fitted to; its position counts in millimetres of a 5 mm screw."""
@@ -47,6 +50,8 @@ class Rig:
         self.now = 0
         self.on_action: list[Callable[[Action, int], None]] = []
         """Called with each action from outside and its clock, after it was done."""
+        self.expectations: tuple[Expectation, ...] = ()
+        """What the bench file expects to happen; a `bench.session.watch.Watch` looks after it."""
         self._happenings = list(happenings)
         heapify(self._happenings)
         self._settle()

@@ -39,6 +39,7 @@ from tmcm34x.trace.table import TableRecorder
 from tmcm34x.trace.waveform import WaveformRecorder
 
 if TYPE_CHECKING:
+    from tmcm34x.bench.session.watch import Watch
     from tmcm34x.firmware.module import Module
     from tmcm34x.toolchain.assembler import Assembly
 
@@ -57,6 +58,9 @@ ENDINGS: Final = {
 
 PROGRAM_ERROR: Final = 3
 """Exit status after a program in which a command was refused, or which ran past its end."""
+
+UNFULFILLED: Final = 4
+"""Exit status when an expectation of the bench file failed."""
 
 _MOTION: Final = frozenset({1, 2, 3, 4, 13})
 """Commands that are marked in a picture: ROR, ROL, MST, MVP, RFS."""
@@ -131,7 +135,7 @@ def command(**options: Any) -> int:
     any more; the summary says which.
 
     Exit status: 0, 1 after mistakes in the source, 3 when the module refused a command of the program or the program
-    ran past its end.
+    ran past its end, 4 when an expectation of the bench file failed.
     """
     program, assembly = _read_program(options["file"], options["include_path"])
     if program is None:
@@ -139,6 +143,7 @@ def command(**options: Any) -> int:
     rig = _make_rig(options, program)
     with contextlib.ExitStack() as files:
         run = Run(rig, Path(options["file"]), assembly)
+        watch = _watch(run)
         _attach_recorders(run, options, files)
         start = time.monotonic()
         until = None if options["until"] is None else clocks(options["until"])
@@ -149,7 +154,23 @@ def command(**options: Any) -> int:
     click.echo(json.dumps(run.summary(), indent=2) if options["as_json"] else run.report())
     if run.ending == INTERRUPTED:
         return 130
+    for failure in watch.failures if watch else ():
+        _report(f"{options['bench']}: {failure}")
+    if watch and watch.failures:
+        return UNFULFILLED
     return PROGRAM_ERROR if run.error else 0
+
+
+def _watch(run: Run) -> Watch | None:
+    """What looks after the expectations of the bench file, if it has any."""
+    if not run.rig.expectations:
+        return None
+    from tmcm34x.bench.session.watch import Watch
+
+    watch = Watch(run.rig)
+    run.recorders.append(watch)
+    run.finishers.append(watch.finish)
+    return watch
 
 
 def _read_program(

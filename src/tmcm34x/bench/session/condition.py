@@ -7,7 +7,7 @@ Commands are asked again and again, so only those are taken that read and change
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 from tmcm34x.bench.session.phrase import NUMBER, LineError, nearest, read_number, read_phrase
 from tmcm34x.bench.session.world import MEASUREMENTS, Look, Seen
@@ -16,13 +16,26 @@ from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
 
 if TYPE_CHECKING:
-    from tmcm34x.bench.session.player import Player
+    from tmcm34x.bench.session.world import Unit
 
 _IS: Final = re.compile(r"(.+?)\s+is\s+(.+)\Z")
 _STATUS: Final = re.compile(rf"(\d+)(?:\s+({NUMBER}))?(?:\.\.({NUMBER}))?\Z")
 _READING: Final = frozenset(BY_MNEMONIC[name].number for name in ("GAP", "GGP", "GIO", "GCO"))
 _RFS: Final = BY_MNEMONIC["RFS"].number
 _RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
+
+
+class Subject(Protocol):
+    """What a condition is about: a module, and what hangs on it."""
+
+    @property
+    def unit(self) -> Unit:
+        """The module on its bench."""
+        ...
+
+    def ask(self, instruction: Instruction) -> tuple[int, int]:
+        """Status and value of a command."""
+        ...
 
 
 class Answered(NamedTuple):
@@ -35,9 +48,9 @@ class Answered(NamedTuple):
 
     needs_bench = False
 
-    def look(self, player: Player) -> Seen:
+    def look(self, subject: Subject) -> Seen:
         """Ask the module."""
-        status, value = player.ask(self.instruction)
+        status, value = subject.ask(self.instruction)
         holds = status == self.status and (self.low is None or self.low <= value <= self.high)
         return Seen(holds, f"{status} {value}")
 
@@ -50,9 +63,9 @@ class Measured(NamedTuple):
 
     needs_bench = True
 
-    def look(self, player: Player) -> Seen:
+    def look(self, subject: Subject) -> Seen:
         """Measure."""
-        return self.measure(player.unit, *self.values)
+        return self.measure(subject.unit, *self.values)
 
 
 Condition = Answered | Measured

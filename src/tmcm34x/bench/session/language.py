@@ -108,7 +108,7 @@ def _read_line(case: Case, number: int, line: str) -> None:
 def _read_action(line: str) -> Action:
     reader = _READERS.get(line[0])
     if reader is None:
-        return _read_keyword(line)
+        return _read_other(line)
     start = 1 + len(line[1:]) - len(line[1:].lstrip())
     text = line[start:]
     try:
@@ -117,12 +117,20 @@ def _read_action(line: str) -> Action:
         raise LineError(error.problem, start + error.column) from None
 
 
-def _read_keyword(line: str) -> Action:
+def _read_other(line: str) -> Action:
+    try:
+        return _read_keyword(line)
+    except LineError as error:
+        if error.column:
+            raise
+        raise LineError(f"expected a line with == # | {' '.join(_READERS)}, or {error.problem[9:]}") from None
+
+
+def _read_keyword(line: str) -> actions.Within | actions.Promise:
     match = _KEYWORD.match(line)
     if match is None:
         word = re.split(r"[\s:]", line, maxsplit=1)[0]
-        wanted = f"expected a line with == # | {' '.join(_READERS)} or {', '.join(KEYWORDS)} and a colon"
-        raise LineError(wanted + nearest(word, KEYWORDS))
+        raise LineError(f"expected {', '.join(KEYWORDS)} and a colon, got {word}{nearest(word, KEYWORDS)}")
     within, time, other = match.groups()
     if within:
         clocks = _read_time(time, match.start(2))
@@ -132,9 +140,7 @@ def _read_keyword(line: str) -> Action:
 
 def read_expectation(text: str) -> actions.Within | actions.Promise:
     """The expectation in one line, `within 5 s: ...`, `always: ...` or `never: ...`.  Raises `LineError`."""
-    action = _read_keyword(text)
-    assert isinstance(action, actions.Within | actions.Promise)
-    return action
+    return _read_keyword(text)
 
 
 def _read_directive(case: Case, line: str) -> None:

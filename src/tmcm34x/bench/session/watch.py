@@ -1,0 +1,112 @@
+"""The expectations of a bench file: events with `expect`, looked at while a rig runs.
+
+A `Watch` is a recorder: whoever runs the rig calls `after` at its events and whenever `due` has come, and `finish` at
+the end.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from tmcm34x.bench.session.actions import Promise, Within
+from tmcm34x.bench.session.player import POLL
+from tmcm34x.bench.session.wires import SILENCE
+from tmcm34x.bench.session.world import Seen, Unit
+from tmcm34x.clock import NEVER, seconds
+from tmcm34x.tmcl.datagram import Instruction
+
+if TYPE_CHECKING:
+    from tmcm34x.bench.rig import Rig
+
+
+class Expectation(NamedTuple):
+    """What a bench file expects of a module from clock `when` on; `where` names the event."""
+
+    when: int
+    unit: int
+    where: str
+    text: str
+    content: Within | Promise
+
+
+class Unfulfilled(NamedTuple):
+    """An expectation that failed, at which clock, and what was seen."""
+
+    expectation: Expectation
+    now: int
+    seen: str
+
+    def __str__(self) -> str:
+        what = f"{self.expectation.text!r} of {self.expectation.where}"
+        return f"{what} failed at {seconds(self.now):.6f} s: {self.seen}"
+
+
+class _Subject(NamedTuple):
+    """What a condition looks at."""
+
+    unit: Unit
+
+    def ask(self, instruction: Instruction) -> tuple[int, int]:
+        module = self.unit.module
+        return module.execute(instruction) if module.powered else SILENCE
+
+
+class Watch:
+    """Looks after the expectations of `rig`.
+
+    failures: those that failed so far
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+        self._waiting = sorted(rig.expectations)
+        self._active: list[Expectation] = []
+        self.failures: list[Unfulfilled] = []
+        self.due = rig.now
+        """The clock at which it must look, whatever happens."""
+        self.after(rig.now)
+
+    def before(self, now: int) -> None:
+        """Nothing to see."""
+
+    def after(self, now: int) -> None:
+        """Look at all expectations that are in force."""
+        while self._waiting and self._waiting[0].when <= now:
+            self._active.append(self._waiting.pop(0))
+        self._active = [expectation for expectation in self._active if self._goes_on(expectation, now)]
+        self.due = self._next(now)
+
+    def finish(self) -> None:
+        """The run is over: what has not come true by now does not; what was to be looked at later is looked at now."""
+        now = self._rig.now
+        for expectation in (*self._active, *self._waiting):
+            content, seen = expectation.content, self._look(expectation)
+            if seen.holds != (isinstance(content, Within) or content.always):
+                self._fail(expectation, now, f"{seen.what}, when the run ended")
+        self._active, self._waiting = [], []
+
+    def _goes_on(self, expectation: Expectation, now: int) -> bool:
+        seen, content = self._look(expectation), expectation.content
+        if isinstance(content, Promise):
+            failed = seen.holds != content.always
+        elif seen.holds:
+            return False
+        else:
+            failed = now >= expectation.when + content.clocks
+        if failed:
+            self._fail(expectation, now, seen.what)
+        return not failed
+
+    def _look(self, expectation: Expectation) -> Seen:
+        return expectation.content.condition.look(_Subject(Unit(self._rig, expectation.unit)))
+
+    def _fail(self, expectation: Expectation, now: int, seen: str) -> None:
+        self.failures.append(Unfulfilled(expectation, now, seen))
+
+    def _next(self, now: int) -> int:
+        due = self._waiting[0].when if self._waiting else NEVER
+        for expectation in self._active:
+            content = expectation.content
+            end = expectation.when + content.clocks if isinstance(content, Within) else NEVER
+            due = min(due, end, now + POLL)
+        return due
