@@ -9,8 +9,8 @@ from tmcm34x.cli import group
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.image import pack_binary, unpack_binary, unpack_hex
 
-GOOD = "Speed = 500                     // fast\nLoop:   ROR   0, Speed\n        JA    Loop\n"
-IMAGE = pack_binary([Instruction(1, 0, 0, 500), Instruction(22)])
+GOOD = "Speed = 500                     // fast\nLoop:   ROR   0, Speed\n        JA    Loop\n        STOP\n"
+IMAGE = pack_binary([Instruction(1, 0, 0, 500), Instruction(22), Instruction(28)])
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def put(name, text):
 def test_asm_writes_the_image_beside_the_source(call):
     status, out, err = call("asm", put("go.tmc", GOOD))
     assert (status, err) == (0, "")
-    assert out == "go.bin: 2 instructions\n"
+    assert out == "go.bin: 3 instructions\n"
     assert Path("go.bin").read_bytes() == IMAGE
 
 
@@ -67,7 +67,7 @@ def test_asm_finds_includes_beside_the_file_and_on_the_path(call):
     put("sub/near.inc", "#include names.inc\nROR 0, Top\n")
     main = put("sub/main.tmc", "#include near.inc\n")
     assert call("asm", main, "-I", "lib", "-o", "x.bin")[0] == 0
-    assert unpack_binary(Path("x.bin").read_bytes()) == (Instruction(1, 0, 0, 700),)
+    assert unpack_binary(Path("x.bin").read_bytes()) == (Instruction(1, 0, 0, 700), Instruction(28))
     status, _, err = call("asm", main)
     assert status == 1
     assert "sub/near.inc:1:10: error[E501]: cannot read names.inc" in err
@@ -80,14 +80,19 @@ def test_asm_refuses_files_that_include_themselves_by_another_way(call):
     assert "E502" in err
 
 
-def test_asm_appends_stop_on_request(call):
-    assert call("asm", put("go.tmc", "ROR 0, 5"), "--append-stop")[0] == 0
+def test_asm_appends_stop_unless_told_otherwise(call):
+    assert (
+        call("asm", put("go.tmc", "ROR 0, 5"))[1] == "go.bin: 2 instructions, the last one an appended STOP\n"
+    )
     assert unpack_binary(Path("go.bin").read_bytes())[-1] == Instruction(28)
+    assert call("asm", "go.tmc", "--no-append-stop")[1] == "go.bin: 1 instruction\n"
+    assert call("lint", "go.tmc")[0] == 0
+    assert "W102" in call("lint", "go.tmc", "--no-append-stop")[2]
 
 
 def test_asm_knows_the_model(call):
     put("go.tmc", "SAP 6, 0, 100")
-    assert call("asm", "go.tmc") == (0, "go.bin: 1 instructions\n", "")
+    assert call("asm", "go.tmc") == (0, "go.bin: 2 instructions, the last one an appended STOP\n", "")
     status, _, err = call("asm", "go.tmc", "--model", "342")
     assert status == 0
     assert "go.tmc:1:5: warning[W302]" in err
@@ -106,9 +111,11 @@ def test_a_listing_shows_addresses_and_bytes_beside_the_source(call):
         "                                     1  Speed = 500                     // fast\n"
         "0000     01 00 00 00 00 01 f4 f6     2  Loop:   ROR   0, Speed\n"
         "0001     16 00 00 00 00 00 00 16     3          JA    Loop\n"
-        "                                     4  #include names.inc\n"
-        "0002     18 00 00 00 00 00 00 18     1  Sub: RSUB\n"
+        "0002     1c 00 00 00 00 00 00 1c     4          STOP\n"
         "                                     5  #include names.inc\n"
+        "0003     18 00 00 00 00 00 00 18     1  Sub: RSUB\n"
+        "                                     6  #include names.inc\n"
+        "0004     1c 00 00 00 00 00 00 1c        STOP // appended: the program did not end with one\n"
     )
 
 
@@ -139,7 +146,7 @@ def test_dis_writes_source_that_assembles_to_the_image(call):
     assert (status, err) == (0, "")
     assert out.splitlines()[:2] == ["L0:     ROR   0, 500", "        JA    L0"]
     assert call("dis", "go.bin", "-o", "back.tmc")[:2] == (0, "")
-    call("asm", "back.tmc", "-o", "again.bin")
+    call("asm", "back.tmc", "-o", "again.bin", "--no-append-stop")
     assert Path("again.bin").read_bytes() == Path("go.bin").read_bytes()
     assert "DATA 0," not in call("dis", "go.bin", "--end-mark")[1]
 
@@ -148,7 +155,7 @@ def test_dis_refuses_a_damaged_image_with_the_offset(call):
     put("go.bin", IMAGE[:-3])
     status, _, err = call("dis", "go.bin")
     assert status == 2
-    assert "go.bin: offset 8: truncated" in err
+    assert "go.bin: offset 16: truncated" in err
 
 
 def test_fmt_writes_only_what_changes(call):

@@ -138,7 +138,7 @@ def test_mistakes_are_diagnostics_with_status_1(run):
 @pytest.mark.parametrize(
     ("source", "text"),
     [
-        ("CALC LOAD, 1", "program.tmc: address 1: the program ran past its end"),
+        ("CALC LOAD, 1", ""),
         ("SAP 4, 0, 9999 \n STOP", "program.tmc:1: SAP 4, 0, 9999: invalid value (status 4)"),
         ("STOP \n CALC LOAD, 1 \n", ""),
     ],
@@ -147,6 +147,12 @@ def test_program_errors_are_status_3(run, source, text):
     status, out, _ = run(source)
     assert status == (3 if text else 0)
     assert text in out
+
+
+def test_a_program_without_stop_may_run_past_its_end(run):
+    status, out, _ = run("CALC LOAD, 1", "--no-append-stop")
+    assert status == 3
+    assert "program.tmc: address 1: the program ran past its end" in out
 
 
 def test_images_run_too(run):

@@ -591,7 +591,7 @@ def test_the_last_line_says_how_it_ended(file):
     editor = launched(file)
     editor.run()
     assert editor.outputs().splitlines()[-1] == "The program has ended after 30 ms of the module's time."
-    file.write_text("SAP 4, 0, 5000\n")
+    file.write_text("SAP 4, 0, 5000\nJA 7\n")
     editor = launched(file)
     editor.do("setExceptionBreakpoints", filters=[])
     editor.run()

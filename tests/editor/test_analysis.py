@@ -333,11 +333,11 @@ def workspace(files=()):
 def test_open_files_stand_before_those_on_disk():
     programs, _ = workspace({"/p/names.inc": "X = 1", "/lib/more.inc": "Y = 2"})
     programs.put("/p/main.tmc", "#include names.inc\n#include more.inc\nCOMP X\nCOMP Y")
-    assert [i.value for i in programs.analysis("/p/main.tmc").assembly.program] == [1, 2]
+    assert [i.value for i in programs.analysis("/p/main.tmc").assembly.program] == [1, 2, 0]
     programs.put("/p/names.inc", "X = 5")
-    assert [i.value for i in programs.analysis("/p/main.tmc").assembly.program] == [5, 2]
+    assert [i.value for i in programs.analysis("/p/main.tmc").assembly.program] == [5, 2, 0]
     programs.close("/p/names.inc")
-    assert [i.value for i in programs.analysis("/p/main.tmc").assembly.program] == [1, 2]
+    assert [i.value for i in programs.analysis("/p/main.tmc").assembly.program] == [1, 2, 0]
 
 
 def test_an_included_file_is_judged_as_a_part_of_its_program():

@@ -62,7 +62,7 @@ def test_download_and_run_starts_the_program_and_all_windows_hear_of_it(tmp_path
     async def scenario(ide, page):
         async with ide.page() as other:
             answer = await page.call(wire.Download(path, run=True))
-            assert len(answer["listing"]["lines"]) == 6
+            assert len(answer["listing"]["lines"]) == 7  # with the appended STOP
             loaded = await other.event(wire.Loaded)
             assert loaded.listing is not None
             assert loaded.listing.lines[2].line == 3

@@ -261,7 +261,9 @@ def test_programs_over_the_memory_are_refused():
 def test_stop_is_appended_only_where_none_is():
     assert assemble("ROR 0, 1", append_stop=True).program[-1] == Instruction(28)
     assert len(assemble("STOP", append_stop=True).program) == 1
-    assert assemble("", append_stop=True).program == (Instruction(28),)
+    assert assemble("", append_stop=True).program == ()
+    assert len(assemble("RSUB\n" * 2047, append_stop=True).program) == 2048
+    assert len(assemble("RSUB\n" * 2048, append_stop=True).program) == 2048
 
 
 def test_symbols_know_their_definition_and_their_references():
@@ -283,7 +285,7 @@ def test_an_appended_stop_stands_on_the_last_line_and_at_the_end_of_the_listing(
     assert assembly.source_map[-1] == Location("x.tmc", 1, 1, 1)
     assert listing(assembly).splitlines()[1:] == [
         "0000     01 00 00 00 00 00 01 02     1  ROR 0, 1",
-        "0001     1c 00 00 00 00 00 00 1c        (appended) STOP",
+        "0001     1c 00 00 00 00 00 00 1c        STOP // appended: the program did not end with one",
     ]
     assert listing(assemble("STOP", append_stop=True)).count("STOP") == 1
     assert listing(assemble("")) == "address  image                    line  source\n"

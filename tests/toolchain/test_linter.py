@@ -92,8 +92,16 @@ BROKEN = [
     ("W307", "SCO 1,0,1\nMVP COORD, 0, 21\nGCO 0,255\nSTOP", 2, 15),
     ("W308", "MVP COORD, 0, 3\nSTOP", 1, 15),
     ("W309", "CALC MOD, 0\nSTOP", 1, 11),
+    ("W307", "MVP ABS, 0, 8388608\nSTOP", 1, 13),
+    ("W307", "MVP REL, 0, 16777216\nSTOP", 1, 13),
+    ("W307", "SAC 1, 5, 0\nSTOP", 1, 8),
+    ("W310", "WAIT POS, 0, 0.4\nSTOP", 1, 14),
+    ("W310", "SAP 4.4, 0, 5\nSTOP", 1, 5),
+    ("W310", "ROR 1/3, 5\nSTOP", 1, 5),
+    ("W310", "GGP 1, 2.25\nSTOP", 1, 8),
+    ("W310", "Third = 0.3\nROR 0, Third\nSTOP", 2, 8),
     ("W401", "Speed = 5\nSTOP", 1, 1),
-    ("W401", "Here: STOP", 1, 1),
+    ("W401", "ROR 0, 1\nHere: STOP", 2, 1),
     ("W402", "POS = 5\nCOMP POS\nSTOP", 1, 1),
     ("W403", "AAP 4, 0, 1000\nSTOP", 1, 11),
 ]
@@ -142,6 +150,53 @@ def test_coordinates_that_live_in_the_eeprom_count_as_set():
     assert codes("GCO 0, 255\nMVP COORD, 0, 3\nSTOP") == []
     assert codes("GCO 3, 255\nMVP COORD, 0, 3\nSTOP") == []
     assert codes("SGP 84, 0, 1\nMVP COORD, 0, 3\nSTOP") == []
+
+
+def test_expressions_may_lose_a_fraction_in_a_value():
+    assert codes("Turn = 200 / 3\nMVP ABS, 0, Turn\nMVP ABS, 0, 1000 * SIN(1)\nMVP ABS, 0, 5.0\nSTOP") == []
+
+
+def test_a_parameter_that_the_model_lacks_is_told_once_with_a_count():
+    text = "SAP 6, 0, 100\n" * 66 + "SAP 7, 0, 10\nSTOP"
+    found = findings(text, model=342)
+    assert [(item.code, item.location.line) for item in found] == [("W302", 1), ("W302", 67)]
+    assert found[0].text.endswith("; 65 more lines")
+    more = findings(text.replace("STOP", "SAP 203, 0, 1\nSTOP"), model=342)
+    question = "was the program written for another module?"
+    assert [item.text.endswith(question) for item in more] == [True, False, False]
+    quiet = findings("SAP 6, 0, 1 // lint: ignore\nSAP 6, 0, 1\nSTOP", model=342)
+    assert [item.location.line for item in quiet] == [2]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Home: JA Search\nMove: JA Go\nHalt: STOP\nSearch: RFS START, 0\nSTOP\nGo: ROR 0, 1\nSTOP",
+        "JA Search\nJA Go\nSearch: RFS START, 0\nSTOP\nGo: ROR 0, 1\nSTOP",
+        "Home: CSUB A\nSTOP\nMove: CSUB B\nSTOP\nA: MST 0\nRSUB\nB: ROR 0, 1\nRSUB",
+        "STOP\nMST 0 // tmcl: entry\nSTOP",
+        "STOP\nGo: ROR 0, 1 // tmcl: entry\nSTOP",
+        "STOP\nGo: // tmcl: entry\nROR 0, 1\nSTOP",
+    ],
+)
+def test_entry_points_are_neither_unused_nor_unreached(text):
+    assert codes(text) == []
+
+
+def test_one_entry_is_no_jump_table():
+    assert codes("ROR 0, 1\nSTOP\nSpare: MST 0\nSTOP") == ["W401", "W101"]
+    assert codes("JA Go\nMST 0\nGo: STOP") == ["W101"]
+
+
+def test_operands_of_a_refused_command_count_as_used():
+    assembly = assemble("Speed = 5\nGo: ROR 0, Speed, 1, 2, 3\nFOO Speed\nJC Go\nSTOP")
+    assert [item.code for item in lint(assembly)] == []
+
+
+def test_nothing_is_said_of_an_appended_stop():
+    assert lint(assemble("L: ROR 0, 1\nJA L", append_stop=True)) == ()
+    assert lint(assemble("ROR 0, 1", append_stop=True)) == ()
+    assert lint(assemble("L: ROR 0, 1\nJA L\nSTOP")) == ()
 
 
 def test_flow_is_left_alone_while_there_are_errors():

@@ -8,6 +8,7 @@ import click
 
 from tmcm34x.cli import CliError
 from tmcm34x.cli.source_files import (
+    append_stop_option,
     assemble_file,
     include_option,
     is_hex,
@@ -34,7 +35,7 @@ _PATH = click.Path(dir_okay=False, path_type=Path)
     help="Write addresses and bytes beside the source.",
 )
 @click.option("--symbols", "symbols_file", type=_PATH, metavar="FILE", help="Write names with their values.")
-@click.option("--append-stop", is_flag=True, help="Put a STOP at the end unless there is one.")
+@append_stop_option
 @model_option
 def command(
     *,
@@ -65,5 +66,6 @@ def command(
         write(listing_file, listing(assembly).encode())
     if symbols_file is not None:
         write(symbols_file, symbol_file(assembly).encode())
-    click.echo(f"{target}: {len(program)} instructions")
+    appended = ", the last one an appended STOP" if assembly.code and assembly.code[-1].appended else ""
+    click.echo(f"{target}: {len(program)} instruction{'s' * (len(program) != 1)}{appended}")
     return 0

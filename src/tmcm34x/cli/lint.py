@@ -6,7 +6,13 @@ from pathlib import Path
 
 import click
 
-from tmcm34x.cli.source_files import assemble_file, include_option, model_option, print_diagnostics
+from tmcm34x.cli.source_files import (
+    append_stop_option,
+    assemble_file,
+    include_option,
+    model_option,
+    print_diagnostics,
+)
 from tmcm34x.toolchain import linter
 
 
@@ -15,8 +21,9 @@ from tmcm34x.toolchain import linter
     "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(dir_okay=False, path_type=Path)
 )
 @include_option
+@append_stop_option
 @model_option
-def command(files: tuple[Path, ...], include_path: tuple[Path, ...], model: str) -> int:
+def command(*, files: tuple[Path, ...], include_path: tuple[Path, ...], append_stop: bool, model: str) -> int:
     """Point out likely mistakes in TMCL programs.
 
     Errors, warnings and information go to standard error; the exit status is 1 when there are errors or warnings.
@@ -24,7 +31,7 @@ def command(files: tuple[Path, ...], include_path: tuple[Path, ...], model: str)
     """
     severities: set[str] = set()
     for path in files:
-        assembly = assemble_file(path, include_path)
+        assembly = assemble_file(path, include_path, append_stop=append_stop)
         found = (*assembly.diagnostics, *linter.lint(assembly, model=int(model)))
         print_diagnostics(found, assembly.sources)
         severities.update(item.severity for item in found)

@@ -17,6 +17,7 @@ from tmcm34x.bench import BenchError, Rig, load, simple_rig
 from tmcm34x.cli import CliError, FiniteRange, user_functions
 from tmcm34x.cli.source_files import (
     MODELS,
+    append_stop_option,
     assemble_file,
     include_option,
     is_hex,
@@ -127,6 +128,7 @@ Examples:
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Of everything random, without a bench.")
 @user_functions.option
+@append_stop_option
 @include_option
 def command(**options: Any) -> int:
     """Run the TMCL program FILE (source, .bin or .hex) in virtual time and sum up what it did.
@@ -137,7 +139,9 @@ def command(**options: Any) -> int:
     Exit status: 0, 1 after mistakes in the source, 3 when the module refused a command of the program or the program
     ran past its end, 4 when an expectation of the bench file failed.
     """
-    program, assembly = _read_program(options["file"], options["include_path"])
+    program, assembly = _read_program(
+        options["file"], options["include_path"], append_stop=options["append_stop"]
+    )
     if program is None:
         return 1
     rig = _make_rig(options, program)
@@ -174,12 +178,12 @@ def _watch(run: Run) -> Watch | None:
 
 
 def _read_program(
-    path: Path, include_path: tuple[Path, ...]
+    path: Path, include_path: tuple[Path, ...], *, append_stop: bool
 ) -> tuple[tuple[Instruction, ...] | None, Assembly | None]:
     """The program, and its assembly if it is source; mistakes are printed."""
     if path.suffix.lower() == ".bin" or is_hex(path):
         return read_image(path), None
-    assembly = assemble_file(path, include_path)
+    assembly = assemble_file(path, include_path, append_stop=append_stop)
     print_diagnostics(assembly.diagnostics, assembly.sources)
     return (assembly.program if assembly.ok else None), assembly
 

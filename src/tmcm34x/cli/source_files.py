@@ -28,6 +28,12 @@ include_option = click.option(
     type=click.Path(file_okay=False, path_type=Path),
     help="Look for #include files here too; may be given several times.",
 )  # fmt: skip
+append_stop_option = click.option(
+    "--append-stop/--no-append-stop",
+    default=True,
+    show_default=True,
+    help="Put a STOP at the end of a program that does not end with one, as the TMCL-IDE does.",
+)
 model_option = click.option(
     "--model",
     type=click.Choice(MODELS),
@@ -99,7 +105,7 @@ def include_reader(include_path: Sequence[Path] = ()) -> IncludeReader:
     return read
 
 
-def assemble_file(path: Path, include_path: Sequence[Path] = (), *, append_stop: bool = False) -> Assembly:
+def assemble_file(path: Path, include_path: Sequence[Path] = (), *, append_stop: bool = True) -> Assembly:
     """The assembly of a source file, its mistakes included; those are not printed."""
     return assemble(read_source(path)[0], _short(path), include_reader(include_path), append_stop=append_stop)
 

@@ -82,7 +82,9 @@ class Workspace:
     def _program(self, name: str) -> Analysis:
         program = self._programs.get(name)
         if program is None:
-            assembly = assemble(self.texts.get(name, ""), name, self._include, parse=parse_again)
+            assembly = assemble(
+                self.texts.get(name, ""), name, self._include, append_stop=True, parse=parse_again
+            )
             program = self._programs[name] = Analysis(assembly, lint(assembly, model=self.model), self.model)
         return program
 

@@ -20,7 +20,7 @@ from tmcm34x.tmcl.commands import BY_MNEMONIC, FOREIGN_COMMANDS, PROGRAM_SIZE
 from tmcm34x.tmcl.commands import Command as Row
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Fix, Location, did_you_mean, has_errors, shown
-from tmcm34x.toolchain.expressions import FUNCTIONS, ExpressionError, Operand, evaluate
+from tmcm34x.toolchain.expressions import FUNCTIONS, ExpressionError, Operand, evaluate, names_in
 from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Line, parse_line
 from tmcm34x.toolchain.tokens import Token, make, number_value, split_lines
 
@@ -65,6 +65,11 @@ class Code(NamedTuple):
     file: str
     number: int
     line: Line
+
+    @property
+    def appended(self) -> bool:
+        """Whether it is the STOP that no source line holds."""
+        return self.line.statement is None
 
     @property
     def location(self) -> Location:
@@ -132,7 +137,7 @@ def assemble(
     """The program in `text`.
 
     file_name: how diagnostics and the source map call it; the `include` function gets it too
-    append_stop: puts a STOP at the end unless the last instruction is one
+    append_stop: puts a STOP at the end unless the last instruction is one, as the TMCL-IDE does (fidelity TOOL-13)
     parse: `parse_line`, or one that remembers the lines it has seen
     """
     return _Assembler(include, parse).run(text, file_name, append_stop)
@@ -179,12 +184,9 @@ class _Assembler:
     def run(self, text: str, file_name: str, append_stop: bool) -> Assembly:
         self.walk(file_name, text)
         code = [self.encode(item) for item in self.pending]
-        if append_stop and not (code and code[-1].row is _STOP):
-            code.append(
-                Code(
-                    _STOP, Instruction(_STOP.number), file_name, len(self.sources[file_name]), self.parse("")
-                )
-            )
+        if append_stop and code and code[-1].row is not _STOP and len(code) < PROGRAM_SIZE:
+            last = len(self.sources[file_name])
+            code.append(Code(_STOP, Instruction(_STOP.number), file_name, last, self.parse("")))
         if len(code) > PROGRAM_SIZE:
             text = f"the program has {len(code)} instructions; the memory takes {PROGRAM_SIZE}"
             self.diagnostics.append(Diagnostic(code[PROGRAM_SIZE].location, "error", "E601", text))
@@ -286,12 +288,14 @@ class _Assembler:
         shape = _SHAPES.get(statement.mnemonic.upper())
         if shape is None:
             self.unknown_command(statement)
+            self.note_names(statement)
             return Code(None, None, file, number, line)
         return make(Code, (shape.row, self.command(statement, shape), file, number, line))
 
     def command(self, statement: Command, shape: _Shape) -> Instruction | None:
         operands, places = statement.operands, shape.places
         if not shape.required <= len(operands) <= len(places) and not self.right_count(statement, shape):
+            self.note_names(statement)
             return None
         fields: list[int | None] = [shape.row.number, 0, 0, 0]
         for operand, (target, words, address) in zip(operands, places, strict=False):
@@ -300,6 +304,14 @@ class _Assembler:
             else:
                 fields[target] = self.word(operand, words, shape.row)
         return None if None in fields else make(Instruction, tuple(fields))
+
+    def note_names(self, statement: Command) -> None:
+        """The names in a refused command count as used."""
+        for operand in statement.operands:
+            for name in names_in(operand):
+                symbol = self.symbols.get(name.text.upper())
+                if symbol is not None:
+                    symbol.references.append(self.location(name.start, name.end))
 
     def right_count(self, statement: Command, shape: _Shape) -> bool:
         """Whether another number of operands than the row's is still right; reports when not."""

@@ -19,7 +19,7 @@ from __future__ import annotations
 import difflib
 import math
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
@@ -217,6 +217,15 @@ def evaluate(operand: Operand, value_of: Callable[[Token], float]) -> float:
             operands = [stack.pop()] if kind == "unary" else [stack.pop(-2), stack.pop()]
             stack.append(_apply(token, what, operands))  # type: ignore[arg-type]
     return stack[0]
+
+
+def names_in(operand: Operand | None) -> Iterator[Token]:
+    """The names of constants and labels in an operand."""
+    if isinstance(operand, Token):
+        if operand.kind == "name":
+            yield operand
+    elif operand is not None:
+        yield from (token for kind, token, _ in operand.steps if kind == "name")
 
 
 def _apply(token: Token, call: Callable[..., float], operands: list[float]) -> float:

@@ -24,10 +24,12 @@ class Flow:
     """The control flow graph of a program.
 
     Nodes are addresses; the one behind the last instruction, `end`, stands for running past the end.
+    entries: where the program may be started
     """
 
-    def __init__(self, program: Sequence[Instruction | None]) -> None:
+    def __init__(self, program: Sequence[Instruction | None], entries: Sequence[int] = (0,)) -> None:
         self.program = program
+        self.entries = entries
         self.end = len(program)
         self._numbers = [-1 if i is None else i.number for i in program]
 
@@ -57,12 +59,12 @@ class Flow:
     @cached_property
     def main(self) -> frozenset[int]:
         """The addresses that are executed with no call open."""
-        return frozenset(_reach(self.steps, (0,)))
+        return frozenset(_reach(self.steps, self.entries))
 
     @cached_property
     def reachable(self) -> frozenset[int]:
         """All addresses that are executed; `end` among them when the program can run past its end."""
-        return frozenset(_reach(self.edges, (0,)))
+        return frozenset(_reach(self.edges, self.entries))
 
     @cached_property
     def recursive(self) -> frozenset[int]:
@@ -162,7 +164,7 @@ class Flow:
     @cached_property
     def _components(self) -> list[list[int]]:
         """The strongly connected components that can be reached, each before those that it leads to."""
-        return _components(self.edges, (0,))
+        return _components(self.edges, self.entries)
 
 
 def _reach(edges: Edges, starts: Iterable[int]) -> set[int]:

@@ -23,14 +23,18 @@ def listing(assembly: Assembly) -> str:
     """The source of `assembly` with addresses and bytes beside it."""
     codes: dict[tuple[str, int], tuple[int, Code]] = {}
     for address, code in enumerate(assembly.code):
+        if code.appended:
+            continue
         codes.setdefault((code.file, code.number), (address, code))
     lines = [_HEAD]
     for file, number in _source_lines(assembly, assembly.file, {assembly.file}):
         address, code = codes.get((file, number), (0, None))
         lines.append(_line(address, code, f"{number:>4}", assembly.sources[file][number - 1]))
     last = assembly.code[-1] if assembly.code else None
-    if last is not None and last.line.statement is None:
-        lines.append(_line(len(assembly.code) - 1, last, "", "(appended) STOP"))
+    if last is not None and last.appended:
+        lines.append(
+            _line(len(assembly.code) - 1, last, "", "STOP // appended: the program did not end with one")
+        )
     return "".join(f"{line}\n" for line in lines)
 
 

@@ -61,7 +61,11 @@ class Analysis:
     @cached_property
     def codes(self) -> Mapping[tuple[str, int], tuple[int, Code]]:
         """Address and code of each line that holds an instruction; lines count from 0."""
-        return {(code.file, code.number - 1): (n, code) for n, code in enumerate(self.assembly.code)}
+        return {
+            (code.file, code.number - 1): (n, code)
+            for n, code in enumerate(self.assembly.code)
+            if not code.appended
+        }
 
     def line_at(self, file: str, line: int) -> parser.Line | None:
         """One parsed line, counted from 0; None where there is none."""

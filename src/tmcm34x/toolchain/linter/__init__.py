@@ -1,0 +1,34 @@
+"""Likely mistakes in programs that assemble: what the module will refuse, never reach or wear out.
+
+`rules.RULES` is the table: code, severity, what it means and why it matters.  A comment `// lint: ignore W101` on a
+line keeps these findings quiet there, `// lint: ignore` all of them.  Rules about the way through the program
+wait until the text has no errors; those about single commands do not.
+"""
+
+from __future__ import annotations
+
+from tmcm34x.toolchain.assembler import Assembly
+from tmcm34x.toolchain.diagnostics import Diagnostic
+from tmcm34x.toolchain.linter.commands import check_commands
+from tmcm34x.toolchain.linter.findings import Findings
+from tmcm34x.toolchain.linter.program import check_flow, check_names, check_program
+from tmcm34x.toolchain.linter.rules import RULES, Rule, ignored_codes
+
+__all__ = ["RULES", "Rule", "ignored_codes", "lint"]
+
+
+def lint(assembly: Assembly, *, model: int = 343) -> tuple[Diagnostic, ...]:
+    """The findings about a program, in the order of its files and lines; those of `assemble` are not repeated.
+
+    model: the module that it is for, 341, 342 or 343
+    """
+    found = Findings(assembly, model)
+    check_commands(found)
+    check_names(found)
+    if assembly.ok:
+        check_flow(found)
+        check_program(found)
+    found.finish()
+    order = {name: index for index, name in enumerate(assembly.sources)}
+    found.items.sort(key=lambda item: (order[item.location.file], *item.location[1:], item.code))
+    return tuple(found.items)

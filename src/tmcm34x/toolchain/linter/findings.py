@@ -1,0 +1,103 @@
+"""What the rules report, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cached_property
+from typing import Final
+
+from tmcm34x.tmcl.commands import Field
+from tmcm34x.toolchain.assembler import Assembly, Code
+from tmcm34x.toolchain.diagnostics import Diagnostic, Fix, Location
+from tmcm34x.toolchain.entries import entries
+from tmcm34x.toolchain.expressions import ExpressionError, Operand, evaluate
+from tmcm34x.toolchain.linter.rules import RULES, ignored_codes
+from tmcm34x.toolchain.parser import Command, Constant
+from tmcm34x.toolchain.tokens import Token, number_value
+
+_SEVERAL: Final = 3
+"""Different parameters missing from the model make it likely that a program is for another one."""
+_WRITTEN_FOR_ANOTHER: Final = "; was the program written for another module?"
+
+
+class Findings:
+    """The findings about one program, as they come.
+
+    model: the module that it is for, 341, 342 or 343
+    """
+
+    def __init__(self, assembly: Assembly, model: int) -> None:
+        self.assembly = assembly
+        self.model = model
+        self.items: list[Diagnostic] = []
+        self._gathered: dict[tuple[str, str], list[Location]] = {}
+
+    @cached_property
+    def entries(self) -> tuple[int, ...]:
+        """Where the program may be started."""
+        return entries(self.assembly)
+
+    def report(self, code: str, location: Location, text: str, fixes: Iterable[Fix] = ()) -> None:
+        """Add a finding, unless a comment on its line keeps it quiet."""
+        if not self.ignored(code, location):
+            self.items.append(Diagnostic(location, RULES[code].severity, code, text, tuple(fixes)))
+
+    def gather(self, code: str, location: Location, text: str) -> None:
+        """Add a finding that is told once, at its first line, however often it comes."""
+        if not self.ignored(code, location):
+            self._gathered.setdefault((code, text), []).append(location)
+
+    def finish(self) -> None:
+        """Report what was gathered, each with the number of further lines."""
+        missing = len(self._gathered)
+        for (code, text), places in self._gathered.items():
+            more = len(places) - 1
+            again = f"; {more} more line{'s' * (more > 1)}" if more else ""
+            question = _WRITTEN_FOR_ANOTHER if missing >= _SEVERAL else ""
+            self.report(code, places[0], text + again + question)
+            missing = 0
+        self._gathered.clear()
+
+    def ignored(self, code: str, location: Location) -> bool:
+        """Whether a comment on its line keeps a rule quiet."""
+        line = self.assembly.lines[location.file][location.line - 1]
+        if line.comment is None:
+            return False
+        ignored = ignored_codes(self.assembly.sources[location.file][location.line - 1][line.comment :])
+        return ignored is None or code in ignored
+
+    def exact_value(self, operand: Operand, *, literally: bool) -> float | None:
+        """The value of an operand before it is rounded.
+
+        literally: only that of a number, or of a name that stands for one; None for an expression
+        """
+        try:
+            if isinstance(operand, Token) and operand.kind == "number":
+                return number_value(operand.text)
+            if literally and not (isinstance(operand, Token) and self._names_a_number(operand)):
+                return None
+            return evaluate(operand, lambda name: self.assembly.symbols[name.text.upper()].value)
+        except (ExpressionError, KeyError):
+            return None
+
+    def _names_a_number(self, name: Token) -> bool:
+        place = self.assembly.symbols[name.text.upper()].definition
+        statement = self.assembly.lines[place.file][place.line - 1].statement
+        return isinstance(statement, Constant) and isinstance(statement.value, Token)
+
+
+def field_location(code: Code, field: Field) -> Location:
+    """Where the operand for a field of the instruction stands; the whole command where it has none."""
+    statement, row = code.line.statement, code.row
+    if isinstance(statement, Command) and row is not None:
+        fields = (*(operand.field for operand in row.operands), *row.spare)
+        index = fields.index(field)
+        operand = statement.operands[index] if index < len(statement.operands) else None
+        if operand is not None:
+            return Location(code.location.file, code.location.line, operand.start + 1, operand.end + 1)
+    return code.location
+
+
+def name_of(code: Code) -> str:
+    """The mnemonic at an address; empty for a DATA line."""
+    return code.row.mnemonic if code.row is not None else ""

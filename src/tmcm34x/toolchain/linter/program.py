@@ -1,0 +1,160 @@
+"""Rules about names and about the way through the whole program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Final
+
+from tmcm34x.tmcl import global_parameters
+from tmcm34x.tmcl.commands import BY_MNEMONIC, COMMANDS, STACK_DEPTH
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.toolchain.assembler import Code, Symbol
+from tmcm34x.toolchain.diagnostics import Edit, Fix, Location, shown
+from tmcm34x.toolchain.expressions import FUNCTIONS
+from tmcm34x.toolchain.flow import JC, JUMPS, RSUB, STOP, Flow
+from tmcm34x.toolchain.linter.findings import Findings, field_location
+
+_NUMBERS: Final = {row.mnemonic: row.number for row in COMMANDS}
+_COORD: Final = dict(BY_MNEMONIC["MVP"].operands[0].words)["COORD"]
+_ETO_CONDITION: Final = dict(BY_MNEMONIC["JC"].operands[0].words)["ETO"]
+_ETO_FLAG: Final = dict(BY_MNEMONIC["CLE"].operands[0].words)["ETO"]
+_ALL_FLAGS: Final = dict(BY_MNEMONIC["CLE"].operands[0].words)["ALL"]
+_WORDS: Final = {word for row in COMMANDS for operand in row.operands for word, _ in operand.words}
+_COORDINATE_STORAGE: Final = global_parameters.BY_KEY["coordinate_storage"].number
+_COPY: Final = 255
+"""Motor field of SCO and GCO that copies between RAM and EEPROM."""
+
+
+def check_names(found: Findings) -> None:
+    """Report names without use, and names that are words of the language (W401, W402)."""
+    for symbol in found.assembly.symbols.values():
+        if symbol.definition.file != found.assembly.file:
+            continue
+        if not symbol.references and not _entered(found, symbol):
+            found.report("W401", symbol.definition, f"{symbol.kind} {shown(symbol.name)} is never used")
+        key = symbol.name.upper()
+        if symbol.kind == "constant" and (key in _WORDS or key in FUNCTIONS or key in BY_MNEMONIC):
+            found.report("W402", symbol.definition, f"{key} is also a word of the language")
+
+
+def _entered(found: Findings, symbol: Symbol) -> bool:
+    """Whether a label names one of several entry points, for hosts to use."""
+    return symbol.kind == "label" and len(found.entries) > 1 and symbol.value in found.entries
+
+
+def check_flow(found: Findings) -> None:
+    """Report what the ways through the program show (W101 to W106, W202)."""
+    codes = found.assembly.code
+    if not codes:
+        return
+    flow = Flow([code.instruction for code in codes], found.entries)
+    _unreached(found, flow)
+    if _runs_past_end(flow):
+        found.report(
+            "W102",
+            codes[-1].location,
+            "the program runs past its end",
+            [
+                _stop_fix(
+                    found,
+                )
+            ],
+        )
+    for address in sorted(flow.main):
+        if address < flow.end and flow.program[address] is not None and _number_of(codes[address]) == RSUB:
+            found.report("W104", codes[address].location, "no call is open here: RSUB is ignored")
+    for address in sorted(flow.recursive):
+        found.report("W105", codes[address].location, "this subroutine comes to call itself")
+    for address in flow.calls:
+        if flow.depth.get(address) == STACK_DEPTH and address not in flow.recursive:
+            text = f"{STACK_DEPTH} calls may be open here already: this one is ignored then"
+            found.report("W103", codes[address].location, text)
+    for address in sorted(flow.looping):
+        if address < flow.end and _writes_eeprom(found, codes[address]):
+            found.report("W202", codes[address].location, "the EEPROM is written at each turn of a loop")
+
+
+def _unreached(found: Findings, flow: Flow) -> None:
+    start = None
+    end = flow.end - (
+        _number_of(found.assembly.code[-1]) == STOP
+    )  # a STOP at the end is a habit, not a mistake
+    for address in range(end + 1):
+        reached = address in flow.reachable or address == end
+        if not reached and start is None:
+            start = address
+        elif reached and start is not None:
+            count = address - start
+            text = "this is never reached" if count == 1 else f"these {count} instructions are never reached"
+            found.report("W101", found.assembly.code[start].location, text)
+            start = None
+
+
+def _runs_past_end(flow: Flow) -> bool:
+    """Whether the last instruction leads on to the one behind it."""
+    last = flow.end - 1
+    instruction = flow.program[last]
+    if last not in flow.reachable or instruction is None or flow.end not in flow.steps[last]:
+        return False
+    return instruction.number not in JUMPS or instruction.value != flow.end or instruction.number == JC
+
+
+def _stop_fix(found: Findings) -> Fix:
+    last = found.assembly.code[-1].location
+    column = len(found.assembly.sources[last.file][last.line - 1]) + 1
+    end = Location(last.file, last.line, column, column)
+    return Fix("Add STOP", (Edit(end, "\n        STOP"),))
+
+
+def check_program(found: Findings) -> None:
+    """Report commands that miss another one anywhere in the program (W203, W308)."""
+    program = [(code, code.instruction) for code in found.assembly.code if code.instruction is not None]
+    settable = _coordinates_set(instruction for _, instruction in program)
+    clears = any(i.number == _NUMBERS["CLE"] and i.type in (_ETO_FLAG, _ALL_FLAGS) for _, i in program)
+    for code, instruction in program:
+        number = instruction.number
+        if number == _NUMBERS["MVP"] and instruction.type == _COORD:
+            if settable is not None and instruction.value not in settable:
+                text = f"coordinate {instruction.value} is never set in this program"
+                found.report("W308", field_location(code, "value"), text)
+        elif number == JC and instruction.type == _ETO_CONDITION and not clears:
+            found.report("W203", code.location, "no CLE in this program clears ETO")
+
+
+def _coordinates_set(program: Iterable[Instruction]) -> set[int] | None:
+    """The coordinates that the program sets or reads from the EEPROM; None when that may be all."""
+    known: set[int] = set()
+    for number, type_, motor, value in program:
+        if number == _NUMBERS["GCO"] and motor == _COPY:
+            if type_ == 0:
+                return None
+            known.add(type_)
+        elif number == _NUMBERS["SGP"] and (type_, motor) == (_COORDINATE_STORAGE, 0) and value:
+            return None
+        elif number in (_NUMBERS["SCO"], _NUMBERS["CCO"], _NUMBERS["ACO"]) and motor != _COPY:
+            known.add(type_)
+    return known
+
+
+def _writes_eeprom(found: Findings, code: Code) -> bool:
+    instruction = code.instruction
+    assert instruction is not None
+    name = "" if code.row is None else code.row.mnemonic
+    if name in ("SGP", "AGP") and instruction.motor == 0:
+        row = global_parameters.BY_NUMBER.get((0, instruction.type))
+        return row is not None and row.stored
+    if name in ("STAP", "STGP"):
+        return True
+    if name == "SCO" and instruction.motor == _COPY:
+        return True
+    return name in ("SCO", "CCO", "ACO") and instruction.type > 0 and _coordinates_in_eeprom(found)
+
+
+def _coordinates_in_eeprom(found: Findings) -> bool:
+    """Whether the program puts the coordinates into the EEPROM."""
+    wanted = (_NUMBERS["SGP"], _COORDINATE_STORAGE, 0, 1)
+    return any(code.instruction == wanted for code in found.assembly.code)
+
+
+def _number_of(code: Code) -> int:
+    return code.instruction.number if code.instruction is not None else -1
