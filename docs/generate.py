@@ -15,6 +15,7 @@ from pathlib import Path
 
 import bench_page
 import conformance
+import host_attributes
 
 from tmcm34x.toolchain import reference
 
@@ -69,6 +70,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "fidelity.md": fidelity,
     "conformance.md": conformance.page,
     "bench.md": bench_page.page,
+    "../src/tmcm34x/host/attributes.py": host_attributes.page,
 }
 
 

@@ -8,7 +8,7 @@ from pytrinamic.connections import ConnectionManager
 from pytrinamic.modules import TMCM3110
 from pytrinamic.tmcl import TMCLReplyStatusError
 
-from tmcm34x.host import Connection, Module, open_stream
+from tmcm34x.host import Connection, Module
 
 SPEED = 20
 """Virtual seconds per second: moves need not take long."""
@@ -34,7 +34,7 @@ def slow(serve_once):
 @contextmanager
 def connected(served, kind):
     """A PyTrinamic connection to a module as it left the factory."""
-    with Connection(open_stream(served.tcp), timeout_s=0.05, retries=50) as connection:
+    with Connection.open(served.tcp, timeout=0.05, retries=50) as connection:
         module = Module(connection)
         module.restore_factory_settings()  # not answered; and what comes while it restarts is lost
         assert module.tick_timer >= 0

@@ -2,45 +2,23 @@
 
 import pytest
 
-from tmcm34x.bench import simple_rig
 from tmcm34x.clock import clocks, run_until
 from tmcm34x.host import (
     Connection,
     HostError,
-    MemoryStream,
     Module,
     NoReplyError,
+    NotAvailableError,
+    NotReachedError,
     Program,
+    ProtectedError,
+    RangeError,
     RefusedError,
     VerifyError,
-    open_stream,
+    connect,
 )
-from tmcm34x.links.memory import MemoryClient
 from tmcm34x.tmcl import axis_parameters, global_parameters
 from tmcm34x.tmcl.datagram import Instruction
-
-
-class Wire:
-    """The end of a rig's line, for a client in this process."""
-
-    def __init__(self, rig):
-        self.rig = rig
-
-    def connect(self, _, send):
-        port = self.rig.modules[0].open_serial_port(send)
-        self.receive = port.receive
-        return self
-
-    def disconnect(self):
-        self.rig.modules[0].ports.clear()
-
-    def wait(self, seconds):
-        run_until(self.rig, self.rig.now + clocks(seconds))
-
-
-def in_process():
-    wire = Wire(simple_rig())
-    return MemoryStream(MemoryClient(wire.connect), wire.wait)
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +30,8 @@ def served(serve_once):
 @pytest.fixture(params=["memory", "pty", "tcp"])
 def module(request, served):
     """A module as it left the factory, at the other end of each kind of line."""
-    stream = in_process() if request.param == "memory" else open_stream(getattr(served, request.param))
-    with Connection(stream, timeout_s=0.1, retries=20) as connection:
+    url = "virtual:343" if request.param == "memory" else getattr(served, request.param)
+    with Connection.open(url, timeout=0.1, retries=20) as connection:
         module = Module(connection)
         module.restore_factory_settings()
         assert module.tick_timer >= 0  # it is back
@@ -94,19 +72,41 @@ def test_every_readable_parameter_can_be_read(module):
 
 
 def test_names_that_no_table_has_are_attribute_errors(module):
-    with pytest.raises(AttributeError, match="no axis parameter 'colour'"):
+    with pytest.raises(AttributeError, match="colour"):
         _ = module.axes[0].colour
-    with pytest.raises(AttributeError, match="no global parameter 'colour'"):
+    with pytest.raises(AttributeError, match="colour"):
         module.colour = 3
+    with pytest.raises(AttributeError, match="no axis parameter 'colour'"):
+        module.axes[0].store("colour")
     with pytest.raises(AttributeError):
         _ = module.user_variable_3
 
 
+def test_what_the_tables_know_to_be_wrong_is_not_sent(module):
+    sent = module.connection.counts.sent
+    with pytest.raises(RangeError, match=r"max_speed \(4\) is 0 to 2047 velocity units, not 5000"):
+        module.axes[0].max_speed = 5000
+    with pytest.raises(AttributeError):
+        module.axes[0].position_reached = 1
+    with pytest.raises(RangeError, match="can only be read"):
+        module.axes[0].write("position_reached", 1)
+    with pytest.raises(RangeError, match="position is"):
+        module.axes[0].move_to(2**23)
+    with pytest.raises(RangeError):
+        module.coordinates[1, 0] = 2**23
+    assert module.connection.counts.sent == sent
+
+
 def test_refusals_are_exceptions(module):
     with pytest.raises(RefusedError, match=r"SAP 4, 0, 5000: status 4, invalid value"):
-        module.axes[0].max_speed = 5000
-    with pytest.raises(RefusedError, match="status 3"):
-        module.axes[0].position_reached = 1
+        module.connection.command(5, 4, 0, 5000)
+
+
+def test_what_another_model_has_is_not_available():
+    with connect("virtual:342") as module:
+        with pytest.raises(NotAvailableError, match=r"max_current \(6\) is not available on a TMCM-342"):
+            _ = module.axes[0].max_current
+        assert module.axes[0].max_speed == 1000
 
 
 def test_store_and_restore(module):
@@ -202,29 +202,78 @@ def test_a_protected_program_cannot_be_read(module):
     program = Program(module.connection)
     program.download(PROGRAM)
     module.code_protection = 1
-    with pytest.raises(RefusedError, match="status 6"):
+    with pytest.raises(ProtectedError, match="protected against reading"):
         program.upload()
+    module.code_protection = 2
+    with pytest.raises(ProtectedError, match="protected against overwriting"):
+        program.download(PROGRAM)
+    module.code_protection = 3
     module.code_protection = 0
 
 
-def test_what_does_not_arrive_as_sent_is_noticed(module):
-    class Forgetful(Program):
-        def download(self, instructions, **options):
-            super().download([*instructions[:-1], Instruction(99)], **options, verify=False)
-            for address, instruction in enumerate(instructions):
-                self._verify(address, instruction)
+def test_a_program_that_cannot_be_read_back_is_not_called_stored(module):
+    module.code_protection = 1
+    with pytest.raises(VerifyError, match="stored but cannot be read back"):
+        Program(module.connection).download(PROGRAM)
+    module.code_protection = 0
 
-    with pytest.raises(VerifyError, match="address 40: 99 0, 0, 0 instead of STOP"):
-        Forgetful(module.connection).download(PROGRAM)
+
+def test_what_does_not_arrive_as_sent_is_noticed():
+    """Another host overwrites an instruction between storing and reading back."""
+    with connect("virtual:343") as module:
+        eeprom = module.connection.line.rig.modules[0].eeprom
+
+        def progress(done, total):
+            if done == total // 2:
+                eeprom.write_instruction(40, Instruction(99))
+
+        with pytest.raises(VerifyError, match="address 40: 99 0, 0, 0 instead of STOP"):
+            Program(module.connection).download(PROGRAM, progress=progress)
 
 
 def test_a_program_that_does_not_fit_is_not_sent(module):
-    with pytest.raises(ValueError, match="do not fit"):
+    with pytest.raises(RangeError, match="do not fit at address 2040: there is room for 8"):
         Program(module.connection).download(PROGRAM, address=2040)
 
 
 def test_silence_is_an_exception(module):
-    absent = Connection(module.connection._stream, address=9, timeout_s=0.02, retries=0)
-    with pytest.raises(NoReplyError, match=r"GAP 1, 0: no reply within 0\.02 s") as caught:
+    absent = Connection(module.connection.line, address=9, timeout_s=0.02, retries=0)
+    with pytest.raises(NoReplyError, match="GAP 1, 0: no reply in time; check power") as caught:
         absent.command(6, 1)
     assert isinstance(caught.value, HostError)
+
+
+def test_a_move_is_waited_for(module):
+    axis = module.axes[0]
+    axis.move_to(5000, wait=True, timeout_s=20)
+    assert (axis.actual_position, axis.actual_speed) == (5000, 0)
+    axis.move_by(-1000, wait=True)
+    assert axis.actual_position == 4000
+
+
+def test_a_move_that_takes_too_long_is_an_error_and_goes_on(module):
+    axis = module.axes[0]
+    axis.max_speed = 100
+    with pytest.raises(NotReachedError, match=r"its target is 50000: it is not there after 0.1 s"):
+        axis.move_to(50_000, wait=True, timeout_s=0.1)
+    assert axis.actual_speed
+    axis.stop()
+
+
+def test_a_motor_that_stops_elsewhere_is_not_waited_for(module):
+    axis = module.axes[1]
+    axis.max_speed = 500
+    axis.move_to(100_000)
+    axis.stop()
+    with pytest.raises(NotReachedError, match="it has stopped"):
+        axis.wait_reached(30)
+
+
+def test_an_exception_stops_the_motors_where_asked():
+    module = connect("virtual:343", stop_on_error=True)
+    rig = module.connection.line.rig
+    with pytest.raises(ZeroDivisionError), module:
+        module.axes[0].rotate(500)
+        _ = 1 / 0
+    run_until(rig, rig.now + clocks(1))
+    assert rig.worlds[0].view()[0].speed == 0

@@ -147,22 +147,22 @@ def _read_bench(path: Path) -> str:
 
 def _real(cases: Sequence[Case], options: dict[str, Any]) -> Iterator[Result]:
     from tmcm34x.bench.session.real import RealSerial
-    from tmcm34x.host import Connection, HostError, open_stream
+    from tmcm34x.host import Connection, HostError
 
     if options["bench"] is not None:
         raise click.UsageError("--bench is for virtual modules; a real one has its own.")
     try:
-        stream = open_stream(options["port"], options["baud"])
-        model = _model(Connection(stream, address=options["address"]))
+        connection = Connection.open(options["port"], baud=options["baud"], address=options["address"])
+        model = _model(connection)
         _ask(cases, model, options)
 
         def open_player(case: Case) -> Player:
-            wire = RealSerial(stream, time.monotonic)
+            wire = RealSerial(connection.line, time.monotonic)
             addresses = {"address": options["address"], "host": options["host_address"]}
             return Player(wire, str(case.path), case.title, **addresses)
 
         yield from run_real(cases, open_player, model)
-        stream.close()
+        connection.close()
     except HostError as error:
         raise CliError(str(error)) from None
 

@@ -1,36 +1,86 @@
-"""The host's side of the wire: talk to a module, virtual or real, over a serial port, TCP, or in this process.
+"""Everything that a host does with a module, virtual or real.
 
-Read in this order: `exceptions`, `stream`, `connection`, `module`, `program`.
+    from tmcm34x.host import connect
+
+    with connect("serial:/dev/ttyUSB0?baud=9600&address=1", stop_on_error=True) as module:
+        module.axes[0].move_to(51_200, wait=True)
+
+Read in this order: `exceptions`, `reading`, `protocol`, `steps`, `url`, `line`, `connection`, `aio`, then what is
+done: `motion`, `program`, `module`.
 """
 
-from tmcm34x.host.connection import Connection
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
+
 from tmcm34x.host.exceptions import (
+    DownloadModeError,
+    FileError,
     GarbledReplyError,
     HostError,
+    LateReplyError,
     LinkError,
     NoReplyError,
+    NotAvailableError,
+    NotReachedError,
+    ProtectedError,
+    RangeError,
     RefusedError,
     ReplyError,
     VerifyError,
 )
-from tmcm34x.host.module import Axis, Module
-from tmcm34x.host.program import Program, State
-from tmcm34x.host.stream import MemoryStream, Stream, open_stream
+
+if TYPE_CHECKING:
+    from tmcm34x.host.aio import AsyncConnection
+    from tmcm34x.host.connection import Connection
+    from tmcm34x.host.line import Line
+    from tmcm34x.host.module import Axis, Module, connect
+    from tmcm34x.host.program import Program, State
+    from tmcm34x.host.reading import Absent, Reading, Refused, Silent, Value
 
 __all__ = [
+    "Absent",
+    "AsyncConnection",
     "Axis",
     "Connection",
+    "DownloadModeError",
+    "FileError",
     "GarbledReplyError",
     "HostError",
+    "LateReplyError",
+    "Line",
     "LinkError",
-    "MemoryStream",
     "Module",
     "NoReplyError",
+    "NotAvailableError",
+    "NotReachedError",
     "Program",
+    "ProtectedError",
+    "RangeError",
+    "Reading",
+    "Refused",
     "RefusedError",
     "ReplyError",
+    "Silent",
     "State",
-    "Stream",
+    "Value",
     "VerifyError",
-    "open_stream",
+    "connect",
 ]
+
+_HOMES: Final = {
+    "AsyncConnection": "aio",
+    "Connection": "connection",
+    "Line": "line",
+    **dict.fromkeys(("Axis", "Module", "connect"), "module"),
+    **dict.fromkeys(("Program", "State"), "program"),
+    **dict.fromkeys(("Absent", "Reading", "Refused", "Silent", "Value"), "reading"),
+}
+"""Modules that are imported only when a name of theirs is used."""
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(f"tmcm34x.host.{_HOMES[name]}"), name)
+    raise AttributeError(name)

@@ -4,16 +4,26 @@ HostError
 ├── LinkError                the port or socket cannot be opened, or is gone
 ├── ReplyError               the module's answer did not arrive
 │   ├── NoReplyError         nothing came in time
+│   │   └── LateReplyError   the answer to an earlier command came: the time-out is too short
 │   └── GarbledReplyError    bytes came, but no reply to this command
-├── RefusedError             the module answered with an error status
-└── VerifyError              what was read back is not what was written
+├── RefusedError             the module answered with an error status, and has done nothing
+│   ├── DownloadModeError    the module stores commands instead of executing them
+│   └── ProtectedError       the program memory is protected against reading or overwriting
+├── NotAvailableError        this model does not have it; nothing was sent
+├── RangeError               the value is outside the table's range; nothing was sent
+├── NotReachedError          the module did not come where it was told to in time
+├── VerifyError              what was read back is not what was written
+└── FileError                a settings or backup file is not usable: path, line and reason
+
+No answer, a refusal, "not on this model" and the value 0 are four different things: the first three are exceptions
+here, and types in `reading` where values stand in tables.
 """
 
 from __future__ import annotations
 
 from tmcm34x.tmcl.datagram import Instruction, Reply
 from tmcm34x.tmcl.mnemonic import format_instruction
-from tmcm34x.tmcl.status import STATUS_TEXTS
+from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 
 
 class HostError(Exception):
@@ -33,19 +43,22 @@ class ReplyError(HostError):
 
 
 class NoReplyError(ReplyError):
-    """Nothing came in time: no module at this address, wrong bit rate, or replies switched off."""
+    """Nothing came in time: no power, wrong port, address or bit rate, or replies switched off."""
+
+
+class LateReplyError(NoReplyError):
+    """Nothing came in time, but answers to earlier commands did: the time-out is too short."""
 
 
 class GarbledReplyError(ReplyError):
-    """Bytes came, but no reply to this command."""
+    """Bytes came, but no reply to this command: wrong bit rate, a bad line, or another host on it."""
 
 
 class RefusedError(HostError):
     """The module answered with an error status, and has done nothing."""
 
     def __init__(self, instruction: Instruction, reply: Reply) -> None:
-        text = STATUS_TEXTS.get(reply.status, "unknown status")
-        super().__init__(f"{format_instruction(instruction)}: status {reply.status}, {text}")
+        super().__init__(f"{format_instruction(instruction)}: {refusal_text(instruction, reply.status)}")
         self.instruction = instruction
         self.reply = reply
 
@@ -55,5 +68,63 @@ class RefusedError(HostError):
         return self.reply.status
 
 
+class DownloadModeError(RefusedError):
+    """The module stores commands instead of executing them: status 101, or 6 to a control function."""
+
+    def __init__(self, instruction: Instruction, reply: Reply) -> None:
+        super().__init__(instruction, reply)
+        self.args = (
+            f"{format_instruction(instruction)}: the module is in download mode and stores commands instead of "
+            "executing them; `tmcm34x stop` or command 133 ends that",
+        )
+
+
+class ProtectedError(RefusedError):
+    """The program memory is protected against reading or overwriting (global parameter 81)."""
+
+    def __init__(self, instruction: Instruction, reply: Reply, what: str) -> None:
+        super().__init__(instruction, reply)
+        self.args = (
+            f"the program memory is protected against {what} (global parameter 81); giving up a protection against "
+            "reading erases the program",
+        )
+
+
+class NotAvailableError(HostError):
+    """This model does not have it; nothing was sent."""
+
+
+class RangeError(HostError, ValueError):
+    """The value is outside the table's range; nothing was sent."""
+
+
+class NotReachedError(HostError):
+    """The module did not come where it was told to in time."""
+
+
 class VerifyError(HostError):
     """What was read back is not what was written."""
+
+
+class FileError(HostError):
+    """A settings or backup file that is not usable.
+
+    line: where in the file, 0 if no line can be named
+    """
+
+    def __init__(self, path: str, line: int, text: str) -> None:
+        super().__init__(f"{path}:{line}: {text}" if line else f"{path}: {text}")
+        self.line = line
+
+
+_ADVICE = {
+    Status.WRONG_CHECKSUM: "the module receives damaged telegrams; check wiring, termination and bit rate",
+    Status.EEPROM_LOCKED: "unlock it with SGP 73, 0, 4321",
+}
+
+
+def refusal_text(instruction: Instruction, status: int) -> str:
+    """What an error status says, with advice where there is some."""
+    text = f"status {status}, {STATUS_TEXTS.get(status, 'unknown status')}"
+    advice = _ADVICE.get(Status(status)) if status in STATUS_TEXTS else None
+    return f"{text}: {advice}" if advice else text

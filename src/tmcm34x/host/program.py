@@ -1,6 +1,9 @@
-"""The program memory of a module and its stand-alone program, over the wire.
+"""The program memory of a module and its stand-alone program.
 
-Source: manual 6.7.36; how hosts use it: fidelity PROG (download, upload, start).
+A download can be interrupted anywhere without leaving the module in download mode, and says that it is done only
+when all has been read back.  Where a reply is lost, the memory itself tells whether the command arrived.
+
+Source: manual 6.7.36, 8.1 (81, 128, 130); how hosts use it: fidelity PROG (download, upload, start).
 """
 
 from __future__ import annotations
@@ -9,25 +12,50 @@ from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
 from tmcm34x.host.connection import Connection
-from tmcm34x.host.exceptions import VerifyError
+from tmcm34x.host.exceptions import (
+    DownloadModeError,
+    HostError,
+    ProtectedError,
+    RangeError,
+    RefusedError,
+    ReplyError,
+    VerifyError,
+)
+from tmcm34x.host.steps import (
+    NUMBERS,
+    QUIT_DOWNLOAD,
+    READ_MEMORY,
+    RESET,
+    RUN,
+    START_DOWNLOAD,
+    STEP,
+    STOP,
+    Steps,
+    ask,
+    check,
+    insist,
+    value,
+)
 from tmcm34x.tmcl.commands import PROGRAM_SIZE
-from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.datagram import Instruction, Reply
+from tmcm34x.tmcl.global_parameters import BY_KEY
 from tmcm34x.tmcl.mnemonic import format_instruction
-
-STOP: Final = 128
-RUN: Final = 129
-STEP: Final = 130
-RESET: Final = 131
-START_DOWNLOAD: Final = 132
-QUIT_DOWNLOAD: Final = 133
-_GGP: Final = 10
-_STATUS, _COUNTER = 128, 130
+from tmcm34x.tmcl.status import Status
 
 END: Final = Instruction(0)
 """What stands behind a program, as the TMCL-IDE writes it: erased memory, or the IDE's own end mark."""
+ATTEMPTS: Final = 8
+"""How often the download of one instruction is taken up again."""
+
+_GGP: Final = NUMBERS["GGP"]
+_STATUS, _COUNTER, _PROTECTION = (
+    BY_KEY[key].number for key in ("application_status", "program_counter", "code_protection")
+)
 
 Progress = Callable[[int, int], None]
-"""Told how many instructions of how many are done."""
+"""Takes how many instructions of how many are done."""
+Tell = Callable[[str], None]
+"""Takes a line for the user."""
 
 
 class State(NamedTuple):
@@ -39,8 +67,208 @@ class State(NamedTuple):
     """Address of the command being executed (global parameter 130)."""
 
 
-def _ignore(done: int, total: int) -> None:
-    """Progress that nobody watches."""
+def silent(*_: object) -> None:
+    """Progress and news that are not wanted."""
+
+
+# Run control
+
+
+def stop(tell: Tell = silent) -> Steps[None]:
+    """Stop the program; a module in download mode is told to leave it first, and `tell` gets a line about it."""
+    try:
+        yield from insist(Instruction(STOP))
+    except DownloadModeError:
+        yield from quit_download()
+        tell("The module was in download mode, perhaps from an interrupted download; it has left it (133).")
+        yield from insist(Instruction(STOP))
+
+
+def run(address: int | None = None) -> Steps[None]:
+    """Start or continue the program, from `address` if one is given."""
+    yield from value(Instruction(RUN, 0 if address is None else 1, 0, address or 0))
+
+
+def step() -> Steps[None]:
+    """Execute one command."""
+    yield from value(Instruction(STEP))
+
+
+def reset() -> Steps[None]:
+    """Stop the program and go back to its start."""
+    yield from insist(Instruction(RESET))
+
+
+def restart() -> Steps[None]:
+    """Start the program from its beginning."""
+    yield from reset()
+    yield from run()
+
+
+def state() -> Steps[State]:
+    """What the program is doing, and where."""
+    status = yield from value(Instruction(_GGP, _STATUS))
+    counter = yield from value(Instruction(_GGP, _COUNTER))
+    return State(status, counter)
+
+
+def quit_download() -> Steps[None]:
+    """Leave download mode; sent until it is acknowledged (133)."""
+    yield from insist(Instruction(QUIT_DOWNLOAD))
+
+
+# The memory
+
+
+def read_instruction(address: int) -> Steps[Instruction]:
+    """The instruction at `address` of the program memory (134).  Raises `ProtectedError`."""
+    instruction = Instruction(READ_MEMORY, value=address)
+    answer = yield from ask(instruction)
+    if answer.status == Status.NOT_AVAILABLE:
+        raise (yield from _why_refused(instruction, answer.reply, 1, "reading"))
+    stored = check(instruction, answer).stored
+    assert stored is not None
+    return stored
+
+
+def upload(
+    address: int = 0, size: int | None = None, progress: Progress = silent
+) -> Steps[tuple[Instruction, ...]]:
+    """Read `size` instructions from `address` on; without a size, up to the end mark.  Raises `ProtectedError`."""
+    total = PROGRAM_SIZE - address if size is None else size
+    instructions: list[Instruction] = []
+    for offset in range(total):
+        instruction = yield from read_instruction(address + offset)
+        if size is None and instruction.number == END.number:
+            break
+        instructions.append(instruction)
+        progress(offset + 1, total)
+    return tuple(instructions)
+
+
+def download(
+    instructions: Sequence[Instruction],
+    *,
+    address: int = 0,
+    verify: bool = True,
+    progress: Progress = silent,
+    tell: Tell = silent,
+) -> Steps[None]:
+    """Store `instructions` from `address` on, with an end mark behind them, and read them back.
+
+    Stops a running program, and leaves it reset.  Raises `VerifyError` at the first instruction that comes back
+    differently, `ProtectedError` where the memory is protected, `RangeError` where it is too small.
+    """
+    marked = with_end_mark(instructions, address)
+    total = len(marked) * (2 if verify else 1)
+    yield from stop(tell)
+    yield from store(marked, address, lambda done, _: progress(done, total))
+    if verify:
+        yield from check_stored(marked, address, lambda done, _: progress(len(marked) + done, total))
+    yield from reset()
+
+
+def with_end_mark(instructions: Sequence[Instruction], address: int = 0) -> list[Instruction]:
+    """`instructions` with an end mark, where there is room for one.  Raises `RangeError`."""
+    room = PROGRAM_SIZE - address
+    if not 0 < len(instructions) <= room:
+        raise RangeError(
+            f"{len(instructions)} instructions do not fit at address {address}: there is room for {room}"
+            if instructions
+            else "the program has no instructions"
+        )
+    return [*instructions, END] if len(instructions) < room else list(instructions)
+
+
+def store(instructions: Sequence[Instruction], address: int, progress: Progress = silent) -> Steps[None]:
+    """Write the program memory from `address` on; whatever happens, the module leaves download mode."""
+    done, attempts = 0, 0
+    while done < len(instructions):
+        start = done
+        try:
+            done = yield from _store_some(instructions, done, address, progress)
+        except ReplyError:
+            attempts = 0 if done > start else attempts + 1
+            if attempts >= ATTEMPTS:
+                raise
+            done = yield from _find_place(instructions, done, address)
+
+
+def _store_some(
+    instructions: Sequence[Instruction], done: int, address: int, progress: Progress
+) -> Steps[int]:
+    """Store what is left, as far as the replies come; returns how many are stored for certain."""
+    yield from _start_download(address + done)
+    try:
+        while done < len(instructions):
+            instruction = instructions[done]
+            try:
+                answer = yield from ask(instruction)
+            except ReplyError:
+                return (yield from _recover(instructions, done, address))
+            if answer.status != Status.LOADED:
+                raise RefusedError(instruction, answer.reply)
+            done += 1
+            progress(done, len(instructions))
+    finally:
+        yield from quit_download()
+    return done
+
+
+def _recover(instructions: Sequence[Instruction], done: int, address: int) -> Steps[int]:
+    yield from quit_download()
+    return (yield from _find_place(instructions, done, address))
+
+
+def _find_place(instructions: Sequence[Instruction], done: int, address: int) -> Steps[int]:
+    """Whether the instruction whose reply was lost is stored; where the memory cannot be read, store it again."""
+    try:
+        found = yield from read_instruction(address + done)
+    except ProtectedError:
+        return done
+    return done + (found == instructions[done])
+
+
+def _start_download(address: int) -> Steps[None]:
+    instruction = Instruction(START_DOWNLOAD, value=address)
+    for attempt in range(ATTEMPTS):
+        try:
+            answer = yield from ask(instruction)
+        except ReplyError:
+            yield from quit_download()  # it may have arrived
+            if attempt == ATTEMPTS - 1:
+                raise
+            continue
+        if answer.status == Status.NOT_AVAILABLE:
+            raise (yield from _why_refused(instruction, answer.reply, 2, "overwriting"))
+        check(instruction, answer)
+        return
+
+
+def check_stored(
+    instructions: Sequence[Instruction], address: int, progress: Progress = silent
+) -> Steps[None]:
+    """Read the program memory back.  Raises `VerifyError`."""
+    for offset, expected in enumerate(instructions):
+        try:
+            found = yield from read_instruction(address + offset)
+        except ProtectedError as error:
+            raise VerifyError(f"the program is stored but cannot be read back: {error}") from error
+        if found != expected:
+            raise VerifyError(
+                f"address {address + offset}: {format_instruction(found)} instead of {format_instruction(expected)}"
+            )
+        progress(offset + 1, len(instructions))
+
+
+def _why_refused(instruction: Instruction, reply: Reply, bit: int, what: str) -> Steps[HostError]:
+    """Why the memory is not available: protection, or download mode."""
+    protection = yield from ask(Instruction(_GGP, _PROTECTION))
+    if protection.status == Status.LOADED:
+        return DownloadModeError(instruction, reply)
+    if protection.status == Status.OK and protection.value & bit:
+        return ProtectedError(instruction, reply, what)
+    return RefusedError(instruction, reply)
 
 
 class Program:
@@ -55,73 +283,38 @@ class Program:
         *,
         address: int = 0,
         verify: bool = True,
-        progress: Progress = _ignore,
+        progress: Progress = silent,
     ) -> None:
-        """Store `instructions` from `address` on, with an end mark behind them, and read them back.
-
-        Stops a running program.  Raises `VerifyError` at the first instruction that comes back differently.
-        """
-        room = PROGRAM_SIZE - address
-        if not 0 < len(instructions) <= room:
-            raise ValueError(f"{len(instructions)} instructions do not fit at address {address}")
-        marked = [*instructions, END] if len(instructions) < room else list(instructions)
-        total = len(marked) * (2 if verify else 1)
-        self.stop()
-        self._connection.command(START_DOWNLOAD, value=address)
-        try:
-            for done, instruction in enumerate(marked, 1):
-                self._connection.execute(instruction)
-                progress(done, total)
-        finally:
-            self._connection.command(QUIT_DOWNLOAD)
-        if verify:
-            for offset, instruction in enumerate(marked):
-                self._verify(address + offset, instruction)
-                progress(len(marked) + offset + 1, total)
+        """See the function of this name."""
+        self._connection.run(download(instructions, address=address, verify=verify, progress=progress))
 
     def upload(
-        self, *, address: int = 0, size: int | None = None, progress: Progress = _ignore
+        self, *, address: int = 0, size: int | None = None, progress: Progress = silent
     ) -> tuple[Instruction, ...]:
         """Read `size` instructions from `address` on; without a size, up to the end mark."""
-        total = PROGRAM_SIZE - address if size is None else size
-        instructions: list[Instruction] = []
-        for offset in range(total):
-            instruction = self._connection.read_instruction(address + offset)
-            if size is None and instruction.number == END.number:
-                break
-            instructions.append(instruction)
-            progress(offset + 1, total)
-        return tuple(instructions)
+        return self._connection.run(upload(address, size, progress))
 
     def run(self, address: int | None = None) -> None:
         """Start or continue the program, from `address` if one is given."""
-        self._connection.command(RUN, 0 if address is None else 1, 0, address or 0)
+        self._connection.run(run(address))
 
     def restart(self) -> None:
         """Start the program from its beginning."""
-        self.reset()
-        self.run()
+        self._connection.run(restart())
 
     def stop(self) -> None:
         """Stop the program; `run` continues it."""
-        self._connection.command(STOP)
+        self._connection.run(stop())
 
     def step(self) -> None:
         """Execute one command."""
-        self._connection.command(STEP)
+        self._connection.run(step())
 
     def reset(self) -> None:
         """Stop the program and go back to its start."""
-        self._connection.command(RESET)
+        self._connection.run(reset())
 
     @property
     def state(self) -> State:
         """What the program is doing, and where."""
-        return State(self._connection.command(_GGP, _STATUS), self._connection.command(_GGP, _COUNTER))
-
-    def _verify(self, address: int, expected: Instruction) -> None:
-        found = self._connection.read_instruction(address)
-        if found != expected:
-            raise VerifyError(
-                f"address {address}: {format_instruction(found)} instead of {format_instruction(expected)}"
-            )
+        return self._connection.run(state())

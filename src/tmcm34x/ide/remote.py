@@ -124,8 +124,8 @@ class Remote:
         self.model = MODELS[self._model_number()]
 
     def _open_line(self) -> Connection:
-        connection = Connection.open(self._url, baud=self._baud, address=self._address, timeout_s=TIMEOUT_S)
-        connection.on_telegram = self._note
+        connection = Connection.open(self._url, baud=self._baud, address=self._address, timeout=TIMEOUT_S)
+        connection.listeners.append(self._note)
         return connection
 
     def _model_number(self) -> int:
@@ -180,7 +180,7 @@ class Remote:
             if instruction.number == FACTORY_RESET:
                 connection.send(instruction)
                 return unanswered(instruction, sent, "sent: this command is never answered")
-            received = connection.exchange(sent)
+            received = connection.ask(instruction, retries=0).telegram
         except GarbledReplyError as error:
             return unanswered(instruction, sent, f"no whole answer: {error}")
         except ReplyError:

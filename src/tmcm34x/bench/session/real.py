@@ -11,7 +11,7 @@ from tmcm34x.clock import HZ, seconds
 from tmcm34x.tmcl.datagram import SIZE, ChecksumError, Instruction, pack_request, unpack_reply
 
 if TYPE_CHECKING:
-    from tmcm34x.host.stream import Stream
+    from tmcm34x.host.line import Line
 
 ANSWER_S: Final = 1.0
 """How long an answer is waited for."""
@@ -28,8 +28,8 @@ class RealSerial:
     kind = SERIAL
     rig = None
 
-    def __init__(self, stream: Stream, monotonic: Callable[[], float]) -> None:
-        self._stream = stream
+    def __init__(self, line: Line, monotonic: Callable[[], float]) -> None:
+        self._line = line
         self._monotonic = monotonic
         self._start_s = monotonic()
         self.received = bytearray()
@@ -41,7 +41,7 @@ class RealSerial:
 
     def send(self, data: bytes) -> None:
         """Send bytes."""
-        self._stream.write(data)
+        self._line.write(data)
 
     def send_frame(self, identifier: int, data: bytes) -> None:
         """A serial line carries no frames; the player knows."""
@@ -53,7 +53,7 @@ class RealSerial:
 
     def settle(self) -> None:
         """Take what has come."""
-        self.received += self._stream.read(0)
+        self.received += self._line.waiting()
 
     def wait_for(self, size: int) -> None:
         """Wait until so many bytes have come, or no more do."""
@@ -80,4 +80,4 @@ class RealSerial:
     def _collect(self, longest_s: float, done: Callable[[], bool]) -> None:
         end_s = self._monotonic() + longest_s
         while not done() and (left_s := end_s - self._monotonic()) > 0:
-            self.received += self._stream.read(left_s)
+            self.received += self._line.read(1, left_s)

@@ -91,7 +91,7 @@ class Launcher:
     def _connect(self, arguments: m.Attach) -> RemoteSession:
         port = cast("str", arguments.port)
         connection = Connection.open(
-            port, baud=arguments.baud, address=arguments.address, timeout_s=arguments.timeout
+            port, baud=arguments.baud, address=arguments.address, timeout=arguments.timeout
         )
         try:
             version = HostModule(connection).version

@@ -1,0 +1,131 @@
+"""What a host does with a module, written once for all faces: generators of steps.
+
+A step is a command to have answered, or a pause.  An operation is a generator that yields steps and gets back what
+the module answered; whatever drives it (`Connection.run`, `AsyncConnection.run`, the IDE) sends, waits, and throws a
+`HostError` in where no answer comes.  So an operation has no line and no clock of its own, and can be told to stop in
+the middle: what it does in `finally` is still driven.
+
+    def counter() -> Steps[int]:
+        return (yield from value(Instruction(GGP, 130)))
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import Any, Final, NamedTuple, TypeVar
+
+from tmcm34x.host.exceptions import DownloadModeError, RefusedError, ReplyError
+from tmcm34x.host.protocol import Answer
+from tmcm34x.host.reading import Reading, Refused, Silent, Value
+from tmcm34x.tmcl.commands import BY_MNEMONIC, MOVE_TYPES, RFS_TYPES
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.status import Status
+
+T = TypeVar("T")
+
+
+class Pause(NamedTuple):
+    """Let time pass; events that come meanwhile are kept."""
+
+    seconds: float
+
+
+class Clock(NamedTuple):
+    """Tell the time of the line [s]."""
+
+
+class Follow(NamedTuple):
+    """The module has another address or bit rate now: talk to it there."""
+
+    address: int | None = None
+    baud: int | None = None
+
+
+Step = Instruction | Pause | Clock | Follow
+Steps = Generator[Step, Any, T]
+
+NUMBERS: Final = {mnemonic: row.number for mnemonic, row in BY_MNEMONIC.items()}
+"""Command numbers by mnemonic."""
+MOVES: Final = dict(MOVE_TYPES)
+SEARCHES: Final = dict(RFS_TYPES)
+STOP: Final = 128
+RUN: Final = 129
+STEP: Final = 130
+RESET: Final = 131
+START_DOWNLOAD: Final = 132
+QUIT_DOWNLOAD: Final = 133
+READ_MEMORY: Final = 134
+VERSION: Final = 136
+FACTORY_RESET: Final = 137
+REQUEST_EVENT: Final = 138
+
+_OK: Final = int(Status.OK)
+_FIRST_CONTROL: Final = 128
+
+
+def now() -> Steps[float]:
+    """The time of the line [s], of an arbitrary origin."""
+    time: float = yield Clock()
+    return time
+
+
+def ask(instruction: Instruction) -> Steps[Answer]:
+    """Whatever the module answers, refusals included."""
+    answer: Answer = yield instruction
+    return answer
+
+
+def value(instruction: Instruction) -> Steps[int]:
+    """The value of the reply.  Raises `RefusedError`."""
+    answer = yield from ask(instruction)
+    return check(instruction, answer).value
+
+
+def check(instruction: Instruction, answer: Answer) -> Answer:
+    """The answer, if it is not a refusal."""
+    if answer.status == _OK:
+        return answer
+    if answer.status == Status.LOADED or (
+        answer.status == Status.NOT_AVAILABLE and instruction.number in _NEVER_UNAVAILABLE
+    ):
+        raise DownloadModeError(instruction, answer.reply)
+    raise RefusedError(instruction, answer.reply)
+
+
+_NEVER_UNAVAILABLE: Final = frozenset({STOP, RESET, 135, VERSION})
+"""Control functions that a module refuses with status 6 only in download mode."""
+
+
+def reading(instruction: Instruction) -> Steps[Reading]:
+    """The value, or why there is none, for tables.  Raises `LinkError` where the line is gone."""
+    try:
+        answer = yield from ask(instruction)
+    except ReplyError as error:
+        return Silent(str(error))
+    return Value(answer.value) if answer.status == _OK else Refused(answer.status)
+
+
+def insist(instruction: Instruction, times: int = 10) -> Steps[int]:
+    """A command whose repetition does no harm, sent until it is answered.  Raises what the last attempt did."""
+    for _ in range(times - 1):
+        try:
+            return (yield from value(instruction))
+        except ReplyError:
+            continue
+    return (yield from value(instruction))
+
+
+def settle(write: Instruction, read: Instruction) -> Steps[None]:
+    """Set a value, and where no answer came see whether it was set before it is sent again."""
+    for _ in range(_ATTEMPTS):
+        try:
+            yield from value(write)
+        except ReplyError:
+            if (yield from value(read)) == write.value:
+                return
+        else:
+            return
+    yield from value(write)
+
+
+_ATTEMPTS: Final = 5
