@@ -215,8 +215,13 @@ def test_an_unplugged_line_gives_no_answer_and_a_plugged_one_again(tmp_path):
         exchange = await page.execute("GAP 1, 0")
         assert exchange["status"] == 0
         assert "unplugged" in exchange["meaning"]
-        assert await page.refusal(wire.StopAll()) == "module"
+        await page.call(wire.StopAll())
+        told = await page.event(
+            wire.Authority, lambda event: any("unplugged" in doubt.why for doubt in event.doubts)
+        )
+        assert [doubt.motor for doubt in told.doubts] == [-1, 0, 1, 2]
         await page.call(wire.SetBench("line", 0, 1))
+        await page.event(wire.Authority, lambda event: event.latched and not event.doubts)
         assert (await page.execute("GAP 1, 0"))["status"] == 100
 
     _go(tmp_path, scenario)
@@ -262,7 +267,7 @@ def test_direct_mode_refuses_what_is_no_command(tmp_path):
 
 def test_the_ascii_interface_and_switched_off_replies_do_not_strand_the_ide(tmp_path):
     async def scenario(ide, page):
-        assert (await page.call(wire.Execute(139)))["status"] == 100
+        assert (await page.call(wire.Execute(139, sure=True)))["status"] == 100
         assert (await page.execute("GAP 4, 0"))["value"] == 1000
         await page.execute("SGP 255, 0, 1")
         assert "255" in (await page.execute("GAP 4, 0"))["meaning"]
@@ -350,7 +355,7 @@ def test_settings_travel_from_one_module_to_another(tmp_path, form):
         for line in ("SAP 4, 0, 777", "SAP 140, 2, 4", "SGP 77, 0, 1", "SGP 11, 2, -5", "SCO 3, 1, -12345"):
             assert (await page.execute(line))["status"] == 100
         text = await page.call(wire.ExportSettings(form))
-        await page.call(wire.Execute(137, value=1234))
+        await page.call(wire.Execute(137, value=1234, sure=True))
         exchanges = await page.call(wire.ImportSettings(text))
         assert {exchange["status"] for exchange in exchanges} == {100}
         for line, value in (

@@ -1,18 +1,21 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 import threading
 
 import pytest
 
 from ide.ide_driver import running
 from tmcm34x.bench import simple_rig
+from tmcm34x.firmware.motion import V_ACTUAL
 from tmcm34x.host.exceptions import LinkError
 from tmcm34x.ide import wire
 from tmcm34x.ide.remote import Remote
 from tmcm34x.ide.telegrams import Telegrams
 from tmcm34x.links.tcp import TcpLink
 from tmcm34x.server import Server
+from tmcm34x.tmcl.datagram import Instruction
 
 
 class Bench:
@@ -47,6 +50,7 @@ def _go(folder, scenario, model: int = 343):
         telegrams = Telegrams()
         remote = await asyncio.to_thread(Remote, f"tcp://{bench.address}", 9600, 1, telegrams)
         async with running(folder, (remote, telegrams)) as ide, ide.page() as page:
+            await page.call(wire.Arm(True))
             await scenario(bench, ide, page)
 
     try:
@@ -148,6 +152,7 @@ def test_the_debugger_finds_the_module_again_on_a_new_line(tmp_path):
             again = await asyncio.to_thread(Bench, 343, port)
             try:
                 await page.event(wire.Link, lambda event: event.up)
+                await page.call(wire.Arm(True))
                 await page.call(wire.Download("a.tmc"))
                 await editor.do("stepIn", threadId=1)
                 assert (await editor.event("tmcl_breakpoints"))["breakpoints"] == [{"line": 2}]
@@ -189,13 +194,183 @@ def test_a_module_that_was_not_there_at_first_is_debugged_when_it_comes(tmp_path
         async with ide.debugger() as editor:
             await page.execute("SGP 255, 0, 1")
             assert await editor.fail("stepIn", threadId=1)
+            await page.until(lambda: not ide.hub.target.link.up)
             await page.execute("SGP 255, 0, 0")
-            await page.event(wire.Link, lambda event: event.up)
+            await page.until(lambda: ide.hub.target.link.up)
+            await page.call(wire.Arm(True))
             await page.call(wire.Download("a.tmc"))
             await editor.do("stepIn", threadId=1)
             assert (await editor.event("stopped"))["reason"] == "step"
 
     _go(tmp_path, scenario)
+
+
+def _turns(bench, motor):
+    """The true speed, seen beside the line."""
+    return bench.rig.modules[0].axes[motor].read(V_ACTUAL)
+
+
+def test_nothing_moves_before_it_is_armed_and_everything_can_be_stopped(tmp_path):
+    (tmp_path / "a.tmc").write_text(STEPS)
+
+    async def scenario(bench, ide, page):
+        await page.call(wire.Arm(False))
+        moving = [
+            "ROR 0, 100",
+            "ROL 0, 100",
+            "MVP ABS, 0, 100",
+            "RFS START, 0",
+            "SAP 0, 0, 90000",
+            "SAP 2, 0, 5",
+        ]
+        for line in moving:
+            assert await page.refusal(wire.ExecuteText(line)) == "disarmed"
+        for call in (wire.Jog(0, 5), wire.Zero(0), wire.Search(0), wire.Turn(0, 5), wire.Go(1, [0])):
+            assert await page.refusal(call) == "disarmed"
+        assert await page.refusal(wire.Download("a.tmc", run=True)) == "disarmed"
+        assert await page.refusal(wire.ControlProgram("run")) == "disarmed"
+        for line in ("MST 0", "SAP 4, 0, 700", "GAP 4, 0"):
+            assert (await page.execute(line))["status"] == 100
+        assert _turns(bench, 0) == 0
+        await page.call(wire.Arm(True))
+        await page.call(wire.Turn(0, 300))
+        await page.until(lambda: page.state["motor0"]["speed"] == 300)
+        await page.call(wire.Arm(False))
+        await page.until(lambda: page.state["motor0"]["speed"] == 0)
+
+    _go(tmp_path, scenario)
+
+
+def test_a_lost_line_disarms(tmp_path):
+    async def scenario(bench, ide, page):
+        await page.call(wire.Turn(0, 300))
+        await page.execute("SGP 255, 0, 1")
+        await page.until(lambda: not ide.hub.authority.armed and not ide.hub.authority.shape.motions)
+        assert await page.refusal(wire.Arm(True)) == "silent"
+        await page.execute("SGP 255, 0, 0")
+        await page.event(wire.Link, lambda event: event.up)
+        await page.until(lambda: page.state["motor0"]["speed"] == 0)
+
+    _go(tmp_path, scenario)
+
+
+def test_a_program_that_was_not_loaded_from_here_is_not_overwritten_unasked(tmp_path):
+    (tmp_path / "a.tmc").write_text(STEPS)
+
+    async def scenario(bench, ide, page):
+        eeprom = bench.rig.modules[0].eeprom
+        await page.call(wire.Download("a.tmc"))
+        await page.call(wire.Download("a.tmc"))
+        (tmp_path / "a.tmc").write_text(STEPS.replace("7", "8"))
+        await page.call(wire.Download("a.tmc"))
+        eeprom.write_instruction(1, Instruction(28))
+        assert await page.refusal(wire.Download("a.tmc", run=True)) == "unknown"
+        assert eeprom.read_instruction(1).number == 28
+        await page.call(wire.Download("a.tmc", replace=True))
+        assert eeprom.read_instruction(1).number != 28
+
+    _go(tmp_path, scenario)
+
+
+def test_the_end_of_the_server_stops_what_it_has_started(tmp_path):
+    bench = Bench()
+
+    async def run():
+        telegrams = Telegrams()
+        remote = await asyncio.to_thread(Remote, f"tcp://{bench.address}", 9600, 1, telegrams)
+        async with running(tmp_path, (remote, telegrams)) as ide, ide.page() as page:
+            await page.call(wire.Arm(True))
+            await page.execute("ROR 0, 500")
+            await page.execute("MVP ABS, 2, 5000000")
+            await page.until(
+                lambda: page.state["motor0"]["speed"] == 500 and page.state["motor2"]["speed"] > 0
+            )
+        assert [_turns(bench, motor) for motor in range(3)] == [0, 0, 0]
+
+    try:
+        asyncio.run(run())
+    finally:
+        bench.stop()
+
+
+def test_motors_that_turn_already_are_told_of(tmp_path):
+    bench = Bench()
+    bench.rig.modules[0].execute(Instruction(1, 0, 1, 300))
+
+    async def run():
+        telegrams = Telegrams()
+        remote = await asyncio.to_thread(Remote, f"tcp://{bench.address}", 9600, 1, telegrams)
+        async with running(tmp_path, (remote, telegrams)) as ide, ide.page() as page:
+            found = await page.event(wire.Authority, lambda event: event.found)
+            assert "motor 1 (speed" in found.found
+            await page.call(wire.StopAll())
+            authority = ide.hub.authority
+            await page.until(lambda: not authority.shape.found and not authority.shape.doubts)
+            assert _turns(bench, 1) == 0
+
+    try:
+        asyncio.run(run())
+    finally:
+        bench.stop()
+
+
+class Peer:
+    """The other end of a line that a test holds in its hand."""
+
+    def __init__(self) -> None:
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.url = f"tcp://127.0.0.1:{self._listener.getsockname()[1]}"
+        self.received: list[bytes] = []
+        self.answering = True
+        self._news = threading.Condition()
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def _serve(self) -> None:
+        connection, _ = self._listener.accept()
+        with connection:
+            while len(telegram := connection.recv(9, socket.MSG_WAITALL)) == 9:
+                with self._news:
+                    self.received.append(telegram)
+                    self._news.notify_all()
+                if self.answering:
+                    connection.sendall(_answer(telegram))
+        self._listener.close()
+
+    def wait(self, test) -> None:
+        with self._news:
+            assert self._news.wait_for(test, 10)
+
+
+def _answer(telegram: bytes) -> bytes:
+    if telegram[1] == 136:
+        return b"\x02343V4.36"
+    reply = bytes((2, telegram[0], 100, telegram[1], 0, 0, 0, 0))
+    return reply + bytes((sum(reply) & 255,))
+
+
+def test_stop_all_goes_out_before_what_is_waited_for_and_what_is_queued(tmp_path):
+    peer = Peer()
+
+    async def run():
+        telegrams = Telegrams()
+        remote = await asyncio.to_thread(Remote, peer.url, 9600, 1, telegrams)
+        async with running(tmp_path, (remote, telegrams)) as ide, ide.page(rate_hz=0) as page:
+            await page.call(wire.Arm(True))
+            peer.answering = False
+            waiting = asyncio.create_task(page.execute("GGP 66, 0"))
+            await asyncio.to_thread(peer.wait, lambda: any(t[1:3] == bytes((10, 66)) for t in peer.received))
+            queued = asyncio.ensure_future(ide.hub.target.exchange(Instruction(1, 0, 0, 100)))
+            at = len(peer.received)
+            await page.call(wire.StopAll())
+            await asyncio.to_thread(peer.wait, lambda: len(peer.received) >= at + 4)
+            assert [(t[1], t[3]) for t in peer.received[at : at + 4]] == [(128, 0), (3, 0), (3, 1), (3, 2)]
+            assert not waiting.done()
+            peer.answering = True
+            assert (await waiting)["status"] == 0
+            assert "not sent" in (await queued).meaning
+            assert all(t[1] != 1 for t in peer.received)
+
+    asyncio.run(run())
 
 
 def test_settings_parameters_and_watches_go_over_the_line(tmp_path):

@@ -16,7 +16,8 @@ import { Direct } from "./panels/direct";
 import { Files } from "./panels/files";
 import { Listing } from "./panels/listing";
 import { Log } from "./panels/log";
-import { Banner, Notices, Overview, Palette } from "./panels/overlays";
+import { Banner, Confirmation, Notices, Overview, Palette } from "./panels/overlays";
+import { ArmedSwitch, MotionStrips } from "./panels/motion";
 import { Parameters } from "./panels/parameters";
 import { Plot } from "./panels/plot";
 import { Problems } from "./panels/problems";
@@ -42,13 +43,12 @@ const Clock = () => (
 
 function TopBar() {
     const model = welcome.value?.model;
-    const source = welcome.value?.source;
     return (
         <header class="top">
             <button class="tool" aria-label="Files and pages" aria-expanded={drawer.value || layout.value.files} title="Files and pages (Ctrl+B)" onClick={toggleFiles}><Icon name="menu" /></button>
             <div class="brand" title={welcome.value ? `${welcome.value.product} · ${welcome.value.module}` : undefined}>
                 <i class={`heart ${connection.state.value}`} />
-                <b>{model?.name ?? "tmcm34x"}</b><span class="muted">{model && `V${model.version.split("V")[1]}`} {source && (source === "virtual" ? "virtual" : source)}</span>
+                <b>{model?.name ?? "tmcm34x"}</b><span class="muted">{model && `V${model.version.split("V")[1]}`}</span>
             </div>
             <div class="group"><ActionButton id="run" label tone="go" /><ActionButton id="pause" /><ActionButton id="step" /><ActionButton id="step_over" /><ActionButton id="stop" label /><ActionButton id="reset" /></div>
             <div class="group"><ActionButton id="assemble" label /><ActionButton id="download" label /><ActionButton id="upload" /></div>
@@ -60,6 +60,14 @@ function TopBar() {
         </header>
     );
 }
+
+/** Where the module is, what holds, and the last messages: one line of a fixed height, so that nothing is shifted or covered. */
+const Lane = () => (
+    <div class="lane" role="region" aria-label="State">
+        {welcome.value && <span class="place" title={welcome.value.module}>{welcome.value.source === "virtual" ? `virtual \u00b7 ${welcome.value.module}` : welcome.value.module}</span>}
+        <ArmedSwitch /><Banner /><MotionStrips /><span class="gap" /><Notices />
+    </div>
+);
 
 const keyOf = (tab: Tab) => (tab.kind === "file" ? tab.path : `:${tab.kind}`);
 
@@ -152,7 +160,7 @@ function Page() {
     return (
         <div class={`shell ${welcome.value && !online.value ? "offline" : ""} ${drawer.value ? "drawer" : ""}`} style={{ gridTemplateColumns: columns }}>
             <TopBar />
-            <Banner />
+            <Lane />
             {sizes.files || drawer.value ? <div class="side"><Files /><Splitter vertical label="Width of files" onDrag={(delta) => set({ filesWidth: clamp(layout.value.filesWidth + delta, 120, 420) })} /></div> : <div />}
             <main class="middle">
                 {!(bottomTall.value && Bottom) && <><Tabs /><div class="work"><Main /></div></>}
@@ -173,7 +181,7 @@ function Page() {
             ) : <div />}
             <StatusBar />
             <div class="scrim" onPointerDown={() => (drawer.value = false)} />
-            <Palette /><Overview /><Notices />
+            <Palette /><Overview /><Confirmation />
         </div>
     );
 }

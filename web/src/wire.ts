@@ -1,6 +1,6 @@
 // Written by `python -m tmcm34x.ide.typescript` from src/tmcm34x/ide/wire.py: change that, not this.
 
-export const PROTOCOL = 2;
+export const PROTOCOL = 3;
 export const WATCH_BIT = 7;
 export const MOTOR_FLAGS = { left: 1, right: 2, home: 4, reached: 8, left_off: 16, right_off: 32, energised: 64, stalled: 128 } as const;
 export const TIME_FLAGS = { paused: 1, powered: 2, plugged: 4 } as const;
@@ -281,6 +281,20 @@ export interface Place {
     end_column: number;
 }
 
+/** A motor that has not confirmed rest, and why; motor -1 is the program that has not confirmed its stop. */
+export interface Doubt {
+    motor: number;
+    why: string;
+}
+
+/** Something that the server does for a window in more than one command. */
+export interface MotionShape {
+    number: number;
+    kind: "go" | "jog" | "profile" | "restore" | "search" | "store" | "turn" | "zero";
+    motors: number[];
+    window: number;
+}
+
 /** A diagnostic. */
 export interface Problem {
     place: Place;
@@ -445,6 +459,7 @@ export interface Download {
     path: string;
     texts?: Record<string, string>;
     run?: boolean;
+    replace?: boolean;
 }
 
 /** Read the module's program memory and disassemble it. */
@@ -458,19 +473,21 @@ export interface ControlProgram {
     action: "reset" | "run" | "stop";
 }
 
-/** Send one command to the module and wait for the answer. */
+/** Send one command to the module and wait for the answer. Refused with code `confirm` and a summary when it cannot be undone, unless `sure`; with `disarmed` or `latched` when it would set a motor in motion and that is not allowed. */
 export interface Execute {
     call: "execute";
     number: number;
     type?: number;
     motor?: number;
     value?: number;
+    sure?: boolean;
 }
 
-/** Send one command, written as in a source file. */
+/** Send one command, written as in a source file; refused as `Execute` is. */
 export interface ExecuteText {
     call: "execute_text";
     line: string;
+    sure?: boolean;
 }
 
 /** Read axis parameters, global parameters or coordinates without log lines; null where refused. */
@@ -479,9 +496,73 @@ export interface ReadMany {
     items: Watched[];
 }
 
-/** Stop the program and all motors, along their ramps. */
+/** Stop the program and all motors, along their ramps, before anything queued; holds until `Release`. `Authority` tells which motors have not confirmed rest. */
 export interface StopAll {
     call: "stop_all";
+}
+
+/** Let STOP ALL go: motors may be set in motion again. */
+export interface Release {
+    call: "release";
+}
+
+/** Let motors of a real module be set in motion, or no more. */
+export interface Arm {
+    call: "arm";
+    on: boolean;
+}
+
+/** A person has read what was found (`Authority.found`). */
+export interface Dismiss {
+    call: "dismiss";
+}
+
+/** End a motion; its motors are brought to rest. */
+export interface Abort {
+    call: "abort";
+    number: number;
+}
+
+/** Stop a motor and call the place where it rests 0; the motion's number. */
+export interface Zero {
+    call: "zero";
+    motor: number;
+}
+
+/** Do the reference search of one motor; the motion's number. */
+export interface Search {
+    call: "search";
+    motor: number;
+}
+
+/** Move motors to a stored coordinate; the motion's number. */
+export interface Go {
+    call: "go";
+    coordinate: number;
+    motors: number[];
+}
+
+/** Turn a motor, as long as this window lives and says nothing else; negative is left; the motion's number. */
+export interface Turn {
+    call: "turn";
+    motor: number;
+    velocity: number;
+}
+
+/** Measure the load of a motor from velocity `low` to `high`; the motion's number. */
+export interface Profile {
+    call: "profile";
+    motor: number;
+    low: number;
+    high: number;
+    step: number;
+}
+
+/** Store parameters in the EEPROM, or restore them from it, one by one; the motion's number. */
+export interface Keep {
+    call: "keep";
+    action: "restore" | "store";
+    items: Watched[];
 }
 
 /** Turn a motor until its page says 0, has said nothing for a second, or is gone; to be said again and again. */
@@ -560,7 +641,7 @@ export interface Ping {
     call: "ping";
 }
 
-export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | ControlProgram | Execute | ExecuteText | ReadMany | StopAll | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
+export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | ControlProgram | Execute | ExecuteText | ReadMany | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
 
 /** The type of the answer's result, by call. */
 export interface Results {
@@ -577,6 +658,16 @@ export interface Results {
     execute_text: Exchange;
     read_many: (number | null)[];
     stop_all: null;
+    release: null;
+    arm: null;
+    dismiss: null;
+    abort: null;
+    zero: number;
+    search: number;
+    go: number;
+    turn: number;
+    profile: number;
+    keep: number;
     jog: null;
     watch: null;
     set_rate: null;
@@ -621,6 +712,7 @@ export interface Welcome {
     tables: Tables;
     listing: Listing | null;
     links: string[];
+    window: number;
 }
 
 /** The folder's contents now. */
@@ -685,4 +777,33 @@ export interface Output {
     text: string;
 }
 
-export type ServerEvent = Answer | Refusal | Welcome | FilesChanged | Loaded | Progress | Telegrams | Happened | WorldChanged | Link | Windows | Output;
+/** Who moves what, and what is allowed. */
+export interface Authority {
+    event: "authority";
+    real: boolean;
+    armed: boolean;
+    latched: boolean;
+    doubts: Doubt[];
+    motions: MotionShape[];
+    found: string;
+}
+
+/** A motion is over: `complete`, or before its time. */
+export interface MotionEnded {
+    event: "motion_ended";
+    number: number;
+    kind: "go" | "jog" | "profile" | "restore" | "search" | "store" | "turn" | "zero";
+    complete: boolean;
+    text: string;
+}
+
+/** The load of a motor at one velocity: mean and standard deviation. */
+export interface ProfilePoint {
+    event: "profile_point";
+    motor: number;
+    velocity: number;
+    mean: number;
+    deviation: number;
+}
+
+export type ServerEvent = Answer | Refusal | Welcome | FilesChanged | Loaded | Progress | Telegrams | Happened | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint;

@@ -121,8 +121,13 @@ async def _serve(
     url = f"http://{name}:{port}/?token={token}"
     server = application.server()
     loop = asyncio.get_running_loop()
+
+    def end() -> None:
+        hub.halt()
+        server.should_exit = True
+
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        loop.add_signal_handler(number, setattr, server, "should_exit", True)
+        loop.add_signal_handler(number, end)
     await hub.open()
     try:
         hub.links = await _open_links(hub.target, options)
@@ -132,7 +137,8 @@ async def _serve(
             await asyncio.to_thread(webbrowser.open, url)
         await server.serve(sockets=[listener])
     finally:
-        await hub.close()
+        if doubts := await hub.close():
+            _report(f"not known to be at rest: {doubts}")
     return 0
 
 

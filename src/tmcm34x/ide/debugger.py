@@ -78,10 +78,12 @@ class Debugger:
     """Run control of `target` for all windows.
 
     folder: where the names of source files begin
+    permit: raises `wire.RefusalError` where the program may not go on
     """
 
-    def __init__(self, target: Target, folder: Path) -> None:
+    def __init__(self, target: Target, folder: Path, permit: Callable[[], None]) -> None:
         self._target = target
+        self._permit = permit
         self._services = Services(_no_program, _no_pace, target.session, folder)
         self._windows: set[Window] = set()
         self._adapter: Adapter | None = None
@@ -127,11 +129,21 @@ class Debugger:
         if fields.get("command") in {"attach", "configurationDone", "disconnect"}:
             window.take(_response(fields))
             self._greet(window, fields["command"])
-        elif error := await self._attach():
+        elif error := self._refuse(fields.get("command")) or await self._attach():
             window.take(_response(fields, error))
         else:
             await self._ask(fields, window)
             self._wake.set()
+
+    def _refuse(self, command: object) -> str:
+        """Why a request that could set motors in motion is not allowed."""
+        if command not in _GOING:
+            return ""
+        try:
+            self._permit()
+        except wire.RefusalError as error:
+            return str(error)
+        return ""
 
     def _greet(self, window: Window, command: str) -> None:
         """Tell a new window how things are."""
@@ -310,6 +322,10 @@ def _no_pace(speed: float) -> NoReturn:
     raise RequestError("the IDE's module has its own time")
 
 
+_GOING: Final = frozenset({
+    "continue", "next", "stepIn", "stepOut", "restart", "goto", "setVariable", "setExpression",
+})  # fmt: skip
+"""Requests after which motors may move."""
 _REMEMBERED: Final = {
     "setBreakpoints": Debugger.keep_breakpoints, "setExceptionBreakpoints": Debugger.keep_filters,
 }  # fmt: skip

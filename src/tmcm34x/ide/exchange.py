@@ -15,6 +15,7 @@ from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 
 STOP_PROGRAM: Final = 128
 RUN_PROGRAM: Final = 129
+STEP_PROGRAM: Final = 130
 RESET_PROGRAM: Final = 131
 START_DOWNLOAD: Final = 132
 QUIT_DOWNLOAD: Final = 133

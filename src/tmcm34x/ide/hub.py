@@ -11,26 +11,21 @@ from collections.abc import Awaitable, Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x import __version__
-from tmcm34x.ide import wire
-from tmcm34x.ide.building import Built, build, identity
+from tmcm34x.ide import sequences, wire
+from tmcm34x.ide.authority import Authority
+from tmcm34x.ide.building import Built, build
 from tmcm34x.ide.debugger import Debugger
 from tmcm34x.ide.exchange import (
-    END_MARK,
-    QUIT_DOWNLOAD,
-    READ_MEMORY,
     RESET_PROGRAM,
     RUN_PROGRAM,
-    START_DOWNLOAD,
     STOP_PROGRAM,
-    stored,
 )
-from tmcm34x.ide.jogging import Jogging
+from tmcm34x.ide.loading import Loading
+from tmcm34x.ide.motions import BEGIN
 from tmcm34x.ide.virtual import Virtual
 from tmcm34x.ide.vocabulary import model_shape, tables
-from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS, PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
-from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.ide.page import Page
@@ -41,7 +36,6 @@ if TYPE_CHECKING:
 
 WATCH_S: Final = 1.0
 """Between two looks at the folder."""
-_MST: Final = BY_MNEMONIC["MST"].number
 
 
 class Hub:
@@ -51,18 +45,16 @@ class Hub:
         self.workspace = workspace
         self.target = target
         self.telegrams = telegrams
-        self.debugger = Debugger(target, workspace.folder)
-        self._jogging = Jogging(target, self.tell)
+        self.authority = Authority(target, self.tell, self._program_stopped)
+        self.debugger = Debugger(target, workspace.folder, self.authority.permit_program)
+        self._hand = sequences.Hand(target, self.tell)
         self.pages: set[Page] = set()
         self.links: list[str] = []
         """Kind and address of each line on which other hosts reach a virtual module."""
         self._show = show
         self._start = secrets.token_hex(8)
         self._files: list[wire.FileEntry] = []
-        self._listing: wire.Listing | None = None
-        self._memory = -1
-        self._downloading = False
-        self._abort = False
+        self.loading = Loading(target, self.tell, self._hush)
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def open(self) -> None:
@@ -70,15 +62,21 @@ class Hub:
         await self.target.open(self.tell)
         self._spawn(self._watch_folder())
         self._spawn(self.debugger.run(self.tell, self._hurry))
+        self._spawn(self.authority.watch())
 
-    async def close(self) -> None:
-        """End; what a hand turned is stopped, whatever must be saved is saved."""
-        await self._jogging.close()
-        self._jogging.forget()
+    def halt(self) -> None:
+        """The server is told to end: what was started through it is stopped at once."""
+        self.loading.abort()
+        self.authority.halt()
+
+    async def close(self) -> str:
+        """End: what was started is stopped, whatever must be saved is saved; what is not known to be at rest."""
+        doubts = await self.authority.close()
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
         await self.target.close()
+        return doubts
 
     def _spawn(self, work: Any) -> None:
         task: asyncio.Task[None] = asyncio.create_task(work)
@@ -100,14 +98,15 @@ class Hub:
     def join(self, page: Page) -> None:
         """A window opens."""
         self.pages.add(page)
-        page.send(self.welcome())
+        page.send(self.welcome(page.number))
         page.send(self.target.link)
+        page.send(self.authority.shape)
         self.tell(wire.Windows(len(self.pages)))
 
     def leave(self, page: Page) -> None:
         """A window closes."""
         self.pages.discard(page)
-        self._jogging.leave(page)
+        self.authority.leave(page)
         self.tell(wire.Windows(len(self.pages)))
         self.watches_changed()
 
@@ -115,7 +114,7 @@ class Hub:
         """Some page watches other parameters."""
         self.target.watch([item for page in self.pages for item in page.watches])
 
-    def welcome(self) -> wire.Welcome:
+    def welcome(self, window: int) -> wire.Welcome:
         """What a new window must know."""
         target = self.target
         return wire.Welcome(
@@ -129,13 +128,19 @@ class Hub:
             model=model_shape(target.model),
             ability=target.ability,
             tables=tables(target.model.number),
-            listing=self._listing,
+            listing=self.loading.listing,
             links=self.links,
+            window=window,
         )
 
     async def answer(self, page: Page, call: wire.Call) -> object:
         """Do what a page asks for."""
-        return await _METHODS[type(call)](self, page, call)
+        begin = BEGIN.get(type(call))
+        if begin is None:
+            return await _METHODS[type(call)](self, page, call)
+        if self.loading.busy:
+            raise wire.RefusalError("busy", "A download is under way.")
+        return await begin(self.authority, self._hand, page, call)
 
     # Files
 
@@ -184,101 +189,54 @@ class Hub:
         program = assembly.program
         if answer.listing is None:
             return answer
-        if self._downloading:
+        if self.loading.busy:
             raise wire.RefusalError("busy", "Another download is under way.")
         if not program:
             raise wire.RefusalError("empty", f"{call.path} has no instructions.")
-        if not await self._holds(answer.listing):
-            await self._store(program)
+        if call.run:
+            self.authority.permit_program()
+        await self.check_memory()
+        await self.authority.settle()
+        await self.loading.put(answer.listing, program, replace=call.replace)
         await self._set_listing(answer.listing, assembly)
         if call.run:
             await self._control("run")
         return answer
 
-    async def _holds(self, listing: wire.Listing) -> bool:
-        """Whether the module is known to have this very program: then only its places in the source are new."""
-        await self.check_memory()
-        same = self._listing is not None and self._listing.identity == listing.identity
-        return same and isinstance(self.target, Virtual)
-
-    async def _store(self, program: tuple[Instruction, ...]) -> None:
-        marked = [*program, END_MARK] if len(program) < PROGRAM_SIZE else list(program)
-        await self._jogging.close()
-        self._downloading, self._abort = True, False
-        self._hush(True)
-        try:
-            await self._command(Instruction(STOP_PROGRAM))
-            await self._command(Instruction(START_DOWNLOAD))
-            for done, instruction in enumerate(marked):
-                if self._abort:
-                    raise wire.RefusalError("aborted", "The download was broken off.")
-                await self._command(instruction, Status.LOADED)
-                if done % 64 == 0:
-                    self.tell(wire.Progress("Downloading", done, len(marked)))
-        finally:
-            await self.target.exchange(Instruction(QUIT_DOWNLOAD))
-            self._downloading = False
-            self._hush(False)
-            self.tell(wire.Progress("Downloading", 1, 1))
-        await self._command(Instruction(RESET_PROGRAM))
-
     def _hush(self, on: bool) -> None:
         """Send nothing of our own accord: the module would store it."""
         self.target.hush(on)
         self.debugger.rest(on)
-
-    async def _command(self, instruction: Instruction, expected: int = Status.OK) -> wire.Exchange:
-        """A command that must succeed for the work to go on."""
-        exchange = await self.target.exchange(instruction)
-        if exchange.status != expected:
-            raise wire.RefusalError("module", f"{exchange.text}: {exchange.meaning}.")
-        return exchange
+        self.authority.quiet = on
 
     async def _set_listing(self, listing: wire.Listing | None, assembly: Assembly | None = None) -> None:
-        self._listing = listing
-        if isinstance(self.target, Virtual):
-            self._memory = self.target.module.eeprom.revision
+        self.loading.know(listing)
         await self.debugger.know(assembly)
         self.tell(wire.Loaded(listing))
 
     async def check_memory(self) -> None:
         """See whether somebody else has stored another program meanwhile."""
-        if self._listing is None or not isinstance(self.target, Virtual):
-            return
-        eeprom = self.target.module.eeprom
-        if eeprom.revision == self._memory:
-            return
-        self._memory = eeprom.revision
-        length = len(self._listing.lines)
-        memory = [eeprom.read_instruction(address) for address in range(length)]
-        if identity(memory) != self._listing.identity:
+        if self.loading.changed_outside():
             await self._set_listing(None)
 
     async def _upload(self, page: Page, call: wire.Upload) -> str:
         from tmcm34x.toolchain.disassembler import disassemble
 
-        program: list[Instruction] = []
-        for address in range(PROGRAM_SIZE):
-            exchange = await self._command(Instruction(READ_MEMORY, value=address))
-            instruction = stored(bytes.fromhex(exchange.received))
-            if instruction.number == END_MARK.number:
-                break
-            program.append(instruction)
-            if address % 64 == 0:
-                self.tell(wire.Progress("Reading", address, PROGRAM_SIZE))
-        self.tell(wire.Progress("Reading", 1, 1))
+        program = await self.loading.read()
         return disassemble(program) if program else ""
 
     # Running
 
     async def _control_program(self, page: Page, call: wire.ControlProgram) -> None:
-        if self._downloading:
+        if self.loading.busy:
             raise wire.RefusalError("busy", "A download is under way.")
         await self._control(call.action)
 
     async def _control(self, action: str) -> None:
+        if action == "run":
+            self.authority.permit_program()
         for number in _CONTROL[action]:
-            await self._command(Instruction(number))
+            await self.loading.command(Instruction(number))
         await self.debugger.release()
 
     # Commands
@@ -288,40 +246,44 @@ class Hub:
         if any(not 0 <= field <= 255 for field in fields) or not -(2**31) <= call.value < 2**32:
             raise wire.RefusalError("range", "Command, type and motor are 0..255, the value has 32 bits.")
         value = call.value - 2**32 if call.value >= 2**31 else call.value
-        return await self._exchange(Instruction(*fields, value))
+        return await self._exchange(Instruction(*fields, value), sure=call.sure)
 
     async def _execute_text(self, page: Page, call: wire.ExecuteText) -> wire.Exchange:
         try:
             instruction = parse_instruction(call.line)
         except MnemonicError as error:
             raise wire.RefusalError("text", f"{error}.") from error
-        return await self._exchange(instruction)
+        return await self._exchange(instruction, sure=call.sure)
 
-    async def _exchange(self, instruction: Instruction) -> wire.Exchange:
-        if self._downloading:
+    async def _exchange(self, instruction: Instruction, *, sure: bool) -> wire.Exchange:
+        if self.loading.busy:
             raise wire.RefusalError("busy", "A download is under way: the module would store this command.")
+        self.authority.permit(instruction, sure=sure)
         return await self.target.exchange(instruction)
 
     async def _read_many(self, page: Page, call: wire.ReadMany) -> list[int | None]:
-        if self._downloading and not self.target.ability.peek:
+        if self.loading.busy and not self.target.ability.peek:
             raise wire.RefusalError("busy", "A download is under way.")
         return await self.target.read(call.items)
 
-    async def _stop_all(self, page: Page, call: wire.StopAll) -> None:
-        """Stop the program first, so that it does not start a motor again."""
-        self._abort = True
-        if self._downloading:
-            await self.target.exchange(Instruction(QUIT_DOWNLOAD))
-        commands = [Instruction(STOP_PROGRAM), *(Instruction(_MST, 0, motor) for motor in range(MOTORS))]
-        exchanges = [await self.target.exchange(command) for command in commands]
+    async def _program_stopped(self) -> None:
         await self.debugger.release()
-        if any(exchange.status != Status.OK for exchange in exchanges):
-            raise wire.RefusalError("module", f"Not everything stopped: {exchanges[-1].meaning}.")
 
-    async def _jog(self, page: Page, call: wire.Jog) -> None:
-        if self._downloading:
-            raise wire.RefusalError("busy", "A download is under way.")
-        await self._jogging.hold(page, call.motor, call.velocity)
+    async def _stop_all(self, page: Page, call: wire.StopAll) -> None:
+        self.loading.abort()
+        self.authority.stop_all(downloading=self.loading.busy)
+
+    async def _release(self, page: Page, call: wire.Release) -> None:
+        self.authority.release()
+
+    async def _arm(self, page: Page, call: wire.Arm) -> None:
+        self.authority.arm(call.on)
+
+    async def _dismiss(self, page: Page, call: wire.Dismiss) -> None:
+        self.authority.dismiss()
+
+    async def _abort(self, page: Page, call: wire.Abort) -> None:
+        self.authority.abort(call.number)
 
     async def _watch(self, page: Page, call: wire.Watch) -> None:
         page.watches = call.items[:MAX_WATCHES]
@@ -345,7 +307,7 @@ class Hub:
     async def _set_bench(self, page: Page, call: wire.SetBench) -> None:
         self._bench.set_bench(call)
         if call.what == "power":
-            self._jogging.forget()
+            self.authority.forget()
             await self.debugger.release()
 
     async def _set_time(self, page: Page, call: wire.SetTime) -> None:
@@ -374,7 +336,7 @@ class Hub:
         from tmcm34x.ide.settings import from_text
 
         instructions = from_text(call.text, self.target.model.number)
-        return [await self._exchange(instruction) for instruction in instructions]
+        return [await self._exchange(instruction, sure=False) for instruction in instructions]
 
     async def _ping(self, page: Page, call: wire.Ping) -> None:
         return None
@@ -391,5 +353,5 @@ _CONTROL: Final[Mapping[str, tuple[int, ...]]] = {
 """Control functions by action."""
 
 _METHODS: Final[Mapping[type, Callable[..., Awaitable[object]]]] = {
-    call: getattr(Hub, f"_{call.__struct_config__.tag}") for call in wire.CALLS
+    call: getattr(Hub, f"_{call.__struct_config__.tag}") for call in wire.CALLS if call not in BEGIN
 }

@@ -12,6 +12,7 @@ import contextlib
 import sys
 import traceback
 from collections import deque
+from itertools import count
 from typing import TYPE_CHECKING, Final
 
 import msgspec
@@ -31,6 +32,7 @@ MAX_BACKLOG: Final = 8 << 20
 """Bytes of events that wait for one page; one that falls behind farther is cut off and may come back."""
 LOG_S: Final = 0.1
 
+_numbers = count(1)
 _request = msgspec.json.Decoder(wire.Request)
 _event = msgspec.json.Encoder()
 
@@ -49,6 +51,9 @@ class Page:
         self._calls: set[asyncio.Task[None]] = set()
         self._log_from: int | None = None
         self._hurry = asyncio.Event()
+        self.number = next(_numbers)
+        self.heard_s = asyncio.get_running_loop().time()
+        """When this window last said something."""
         self.rate_hz = 30
         self.wants_polls = False
         self.watches: list[wire.Watched] = []
@@ -110,6 +115,7 @@ class Page:
             except (msgspec.DecodeError, UnicodeError) as error:
                 await self._socket.close(wire.MALFORMED, str(error)[:100])
                 return
+            self.heard_s = asyncio.get_running_loop().time()
             if len(self._calls) >= MAX_CALLS:
                 self.send(wire.Refusal(number, "busy", "Too many requests at a time."))
                 continue

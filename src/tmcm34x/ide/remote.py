@@ -7,6 +7,7 @@ motion of each motor in every round, one other value a round.  Nothing is polled
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -21,6 +22,7 @@ from tmcm34x.debug.sessions.remote import RemoteSession
 from tmcm34x.host.connection import Connection
 from tmcm34x.host.exceptions import GarbledReplyError, LinkError, ReplyError
 from tmcm34x.ide import wire
+from tmcm34x.ide.effects import moves
 from tmcm34x.ide.exchange import FACTORY_RESET, VERSION, answered, unanswered
 from tmcm34x.ide.state import State, bits, empty, put
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
@@ -115,6 +117,8 @@ class Remote:
         self._up = True
         self._hushed = False
         self._link = POLL
+        self._urgencies = 0
+        """How often something urgent was sent: what was queued before may not be."""
         self.line = 0
         self._values: dict[tuple[str, int], int] = {}
         self._refused: set[Instruction] = set()
@@ -167,11 +171,24 @@ class Remote:
     async def exchange(self, instruction: Instruction) -> wire.Exchange:
         """Send a command and wait for its answer."""
         return await asyncio.get_running_loop().run_in_executor(
-            self._thread, self._exchange, instruction, "IDE"
+            self._thread, self._exchange, instruction, "IDE", self._urgencies
         )
 
-    def _exchange(self, instruction: Instruction, link: str) -> wire.Exchange:
+    def urgent(self, instructions: Sequence[Instruction]) -> None:
+        """Write commands to the line from here, while its thread may be waiting for an answer."""
+        self._urgencies += 1
+        connection = self._connection
+        if connection is None:
+            return
+        self._link = "IDE"
+        with contextlib.suppress(LinkError):
+            for instruction in instructions:
+                connection.send(instruction)
+
+    def _exchange(self, instruction: Instruction, link: str, urgencies: int | None = None) -> wire.Exchange:
         sent = pack_request(self._address, instruction)
+        if urgencies not in {None, self._urgencies} and (self._hushed or moves(instruction)):
+            return unanswered(instruction, sent, "not sent: STOP ALL came first")
         connection = self._connection
         if connection is None:
             return unanswered(instruction, sent, "no answer: the line is gone")
@@ -228,7 +245,7 @@ class Remote:
         values: list[int | None] = []
         for item in items:
             command = _command(item)
-            if command is None or not self._up:
+            if command is None or not self._up or self._hushed:
                 values.append(None)
                 continue
             values.append(await self._value(command))

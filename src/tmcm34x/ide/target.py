@@ -46,6 +46,13 @@ class Target(Protocol):
         """Send a command and wait for its answer; status 0 is none in time."""
         ...
 
+    def urgent(self, instructions: Sequence[Instruction]) -> None:
+        """Send commands at once, before all that is queued and without waiting for answers; nothing where no line is.
+
+        What is queued and could set a motor in motion is not sent any more.
+        """
+        ...
+
     @property
     def now(self) -> float:
         """The module's time, or that of the line [clocks]."""

@@ -97,6 +97,7 @@ class Virtual:
         self._memory_file = memory_file
         self._tell: Tell = lambda event: None
         self._desk = _Desk(self._take)
+        self._urgent = _Desk(lambda data: None)
         self._lock = asyncio.Lock()
         self._received = bytearray()
         self._answer: asyncio.Future[bytes] | None = None
@@ -108,6 +109,7 @@ class Virtual:
         """Plug in the line; time begins to run."""
         self._tell = tell
         await self.server.open(self._desk)
+        await self.server.open(self._urgent)
 
     async def close(self) -> None:
         """Unplug and save."""
@@ -140,6 +142,12 @@ class Virtual:
             if instruction.number == ASCII_MODE:
                 self._reconnect()
             return answered(instruction, sent, received)
+
+    def urgent(self, instructions: Sequence[Instruction]) -> None:
+        """Send commands on a line of their own, without waiting for answers."""
+        if self.plugged:
+            for instruction in instructions:
+                self._urgent.write(pack_request(self.module.address, instruction))
 
     def _patience(self, instruction: Instruction) -> float:
         if instruction.number == FACTORY_RESET or self.module.silent:

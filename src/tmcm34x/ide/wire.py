@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Final, Literal, NamedTuple, get_args
 
 import msgspec
 
-PROTOCOL: Final = 2
+PROTOCOL: Final = 3
 """Raised when a page built earlier would no longer understand the server."""
 
 MESSAGE_LIMIT: Final = 4 << 20
@@ -114,6 +114,9 @@ class Shape(msgspec.Struct):
 
 Severity = Literal["error", "warning", "information", "hint"]
 Source = Literal["virtual", "serial", "tcp"]
+MotionKind = Literal["jog", "profile", "search", "zero", "go", "turn", "store", "restore"]
+"""What a window may have under way; see `Authority`."""
+Keeping = Literal["store", "restore"]
 
 
 class Choice(Shape):
@@ -229,6 +232,23 @@ class Place(Shape):
     column: int
     end_line: int
     end_column: int
+
+
+class Doubt(Shape):
+    """A motor that has not confirmed rest, and why; motor -1 is the program that has not confirmed its stop."""
+
+    motor: int
+    why: str
+
+
+class MotionShape(Shape):
+    """Something that the server does for a window in more than one command."""
+
+    number: int
+    kind: MotionKind
+    motors: list[int]
+    window: int
+    """Number of the window that it belongs to."""
 
 
 class Problem(Shape):
@@ -442,6 +462,8 @@ class Download(Call, tag="download"):
     path: str
     texts: dict[str, str] = {}
     run: bool = False
+    replace: bool = False
+    """Also over a program that was not loaded through this server; refused with code `unknown` otherwise."""
     returns: ClassVar[Any] = Assembled
 
 
@@ -458,19 +480,25 @@ class ControlProgram(Call, tag="control_program"):
 
 
 class Execute(Call, tag="execute"):
-    """Send one command to the module and wait for the answer."""
+    """Send one command to the module and wait for the answer.
+
+    Refused with code `confirm` and a summary when it cannot be undone, unless `sure`; with `disarmed` or `latched`
+    when it would set a motor in motion and that is not allowed.
+    """
 
     number: int
     type: int = 0
     motor: int = 0
     value: int = 0
+    sure: bool = False
     returns: ClassVar[Any] = Exchange
 
 
 class ExecuteText(Call, tag="execute_text"):
-    """Send one command, written as in a source file."""
+    """Send one command, written as in a source file; refused as `Execute` is."""
 
     line: str
+    sure: bool = False
     returns: ClassVar[Any] = Exchange
 
 
@@ -482,7 +510,78 @@ class ReadMany(Call, tag="read_many"):
 
 
 class StopAll(Call, tag="stop_all"):
-    """Stop the program and all motors, along their ramps."""
+    """Stop the program and all motors, along their ramps, before anything queued; holds until `Release`.
+
+    `Authority` tells which motors have not confirmed rest.
+    """
+
+
+class Release(Call, tag="release"):
+    """Let STOP ALL go: motors may be set in motion again."""
+
+
+class Arm(Call, tag="arm"):
+    """Let motors of a real module be set in motion, or no more."""
+
+    on: bool
+
+
+class Dismiss(Call, tag="dismiss"):
+    """A person has read what was found (`Authority.found`)."""
+
+
+class Abort(Call, tag="abort"):
+    """End a motion; its motors are brought to rest."""
+
+    number: int
+
+
+class Zero(Call, tag="zero"):
+    """Stop a motor and call the place where it rests 0; the motion's number."""
+
+    motor: int
+    returns: ClassVar[Any] = int
+
+
+class Search(Call, tag="search"):
+    """Do the reference search of one motor; the motion's number."""
+
+    motor: int
+    returns: ClassVar[Any] = int
+
+
+class Go(Call, tag="go"):
+    """Move motors to a stored coordinate; the motion's number."""
+
+    coordinate: int
+    motors: list[int]
+    returns: ClassVar[Any] = int
+
+
+class Turn(Call, tag="turn"):
+    """Turn a motor, as long as this window lives and says nothing else; negative is left; the motion's number."""
+
+    motor: int
+    velocity: int
+    returns: ClassVar[Any] = int
+
+
+class Profile(Call, tag="profile"):
+    """Measure the load of a motor from velocity `low` to `high`; the motion's number."""
+
+    motor: int
+    low: int
+    high: int
+    step: int
+    returns: ClassVar[Any] = int
+
+
+class Keep(Call, tag="keep"):
+    """Store parameters in the EEPROM, or restore them from it, one by one; the motion's number."""
+
+    action: Keeping
+    items: list[Watched]
+    returns: ClassVar[Any] = int
 
 
 class Jog(Call, tag="jog"):
@@ -570,7 +669,8 @@ class Ping(Call, tag="ping"):
 
 AnyCall = (
     ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile
-    | Assemble | Download | Upload | ControlProgram | Execute | ExecuteText | ReadMany | StopAll | Jog
+    | Assemble | Download | Upload | ControlProgram | Execute | ExecuteText | ReadMany | StopAll | Release
+    | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog
     | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom
     | ExportSettings | ImportSettings | Ping
 )  # fmt: skip
@@ -623,6 +723,8 @@ class Welcome(Event, tag="welcome"):
     """The program that was last downloaded through this server."""
     links: list[str]
     """Kind and address of each line on which other hosts reach a virtual module."""
+    window: int
+    """This window's number, by which it knows its motions."""
 
 
 class FilesChanged(Event, tag="files_changed"):
@@ -643,6 +745,40 @@ class Progress(Event, tag="progress"):
     title: str
     done: int
     total: int
+
+
+class Authority(Event, tag="authority"):
+    """Who moves what, and what is allowed."""
+
+    real: bool
+    """The module is a real one: it must be armed."""
+    armed: bool
+    """Motors may be set in motion."""
+    latched: bool
+    """STOP ALL holds until it is released."""
+    doubts: list[Doubt]
+    """What has been told to stop and has not confirmed it."""
+    motions: list[MotionShape]
+    found: str
+    """What was found when the module was first reached: motors that turn, or may; empty for nothing."""
+
+
+class MotionEnded(Event, tag="motion_ended"):
+    """A motion is over: `complete`, or before its time."""
+
+    number: int
+    kind: MotionKind
+    complete: bool
+    text: str
+
+
+class ProfilePoint(Event, tag="profile_point"):
+    """The load of a motor at one velocity: mean and standard deviation."""
+
+    motor: int
+    velocity: int
+    mean: float
+    deviation: float
 
 
 class Telegrams(Event, tag="telegrams"):
@@ -689,7 +825,7 @@ class Output(Event, tag="output"):
 
 AnyEvent = (
     Answer | Refusal | Welcome | FilesChanged | Loaded | Progress
-    | Telegrams | Happened | WorldChanged | Link | Windows | Output
+    | Telegrams | Happened | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint
 )  # fmt: skip
 """Everything that the server may send as text."""
 

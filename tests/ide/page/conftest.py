@@ -50,7 +50,8 @@ def ide(shared: Ide) -> Ide:
         {"call": "set_time", "paused": False, "speed": 1},
         {"call": "set_bench", "what": "line", "index": 0, "value": 1},
         {"call": "stop_all"},
-        {"call": "execute", "number": 137, "value": 1234},
+        {"call": "release"},
+        {"call": "execute", "number": 137, "value": 1234, "sure": True},
         *(
             {"call": "set_bench", "what": side, "index": n, "value": 0}
             for side in ("left", "right")
@@ -100,7 +101,7 @@ def window(chromium: Browser) -> Iterator[Callable[[str], Page]]:
         page.on("pageerror", lambda error: troubles.append(str(error)))
         page.on("request", lambda request: foreign.append(request.url) if not _local(request.url) else None)
         page.goto(url)
-        expect(page.locator(".cm-content")).to_be_visible()
+        expect(page.locator(".work .cm-content, .work .page").first).to_be_visible()
         return page
 
     yield show

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from playwright.sync_api import Locator, Page
+from playwright.sync_api import Locator, Page, expect
 
 from ide.front_end import built
 
@@ -106,3 +106,17 @@ def drafted(page: Page, path: str) -> None:
     page.wait_for_function(
         "path => Object.keys(localStorage).some((key) => key.includes(`\\n${path}\\n`))", arg=path
     )
+
+
+def arm(page: Page) -> None:
+    """Allow motors of a real module to be moved."""
+    switch = page.get_by_role("switch", name="ARMED")
+    switch.click()
+    expect(switch).to_have_attribute("aria-checked", "true")
+
+
+def choose(page: Page, name: str, value: str) -> None:
+    """Choose a value of a list that is in the module, and send it."""
+    field = page.get_by_role("combobox", name=name)
+    field.select_option(value)
+    field.press("Enter")

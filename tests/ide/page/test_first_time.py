@@ -21,6 +21,7 @@ def test_a_first_session_with_the_manual_s_program(tmp_path: Path, open_ide: Ope
     page.get_by_role("button", name="STOP ALL").click()
     until(page, lambda: figure(page, 0, "speed") == 0)
     expect(page.locator(".status-bar .pill").first).to_have_text("stopped")
+    page.get_by_role("button", name="Release").click()
 
     page.locator(".cm-line", has_text="ROL").get_by_text("500", exact=True).dblclick()
     page.keyboard.type("300")

@@ -8,13 +8,14 @@ from typing import Any
 
 from playwright.sync_api import expect
 
-from ide.page.driver import COMMAND, OpenIde, figure, line, tab, until
+from ide.page.driver import COMMAND, OpenIde, arm, figure, line, tab, until
 
 
 def test_a_module_on_a_serial_line_runs_steps_and_stops(serve: Any, open_ide: OpenIde):
     port = serve("--pty").pty
     page, _ = open_ide("--port", port)
     expect(page.locator("header").first).to_contain_text("TMCM-343")
+    arm(page)
     page.keyboard.press("F9")
     expect(page.locator(".status-bar .pill").first).to_have_text("running")
     until(page, lambda: figure(page, 0, "speed") == 500)
@@ -69,6 +70,7 @@ def test_a_pulled_plug_is_told_and_mended_and_the_text_stays(serve: Any, open_id
 def test_a_module_s_settings_program_and_motion_are_reached_over_tcp(serve: Any, open_ide: OpenIde):
     page, _ = open_ide("--port", f"tcp://{serve('--model', '341', '--tcp', '127.0.0.1:0').tcp}")
     expect(page.locator("header").first).to_contain_text("TMCM-341")
+    arm(page)
     page.keyboard.press("F6")
     expect(page.locator(".notice").first).to_contain_text("instructions are in the module")
     page.get_by_role("button", name="Upload and disassemble").click()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, Page, expect
 
-from ide.page.driver import Ide, figure, until
+from ide.page.driver import Ide, choose, figure, until
 
 
 def test_curves_are_drawn_chosen_and_exported(page: Page):
@@ -66,9 +66,9 @@ def test_the_reference_search_assistant_starts_and_aborts(page: Page):
 def test_stall_tool_profile_configuration_and_firmware(page: Page):
     page.get_by_role("button", name="Tools", exact=True).click()
     page.get_by_role("button", name="Stall detection").click()
-    page.get_by_role("slider", name="Stall threshold").fill("3")
+    choose(page, "Stall threshold", "3")
     expect(page.locator(".commands pre")).to_have_text("SAP 205, 0, 3")
-    page.get_by_role("slider", name="Stall threshold").fill("0")
+    choose(page, "Stall threshold", "0")
     page.get_by_role("button", name="Load profile").click()
     for name, value in (("From velocity", "100"), ("To velocity", "200"), ("Step", "100")):
         page.get_by_role("textbox", name=name).fill(value)
@@ -80,9 +80,9 @@ def test_stall_tool_profile_configuration_and_firmware(page: Page):
     page.keyboard.press("Enter")
     page.get_by_role("button", name="Firmware and reset").click()
     expect(page.locator(".tool-body")).to_contain_text("343 V4.36")
-    expect(page.get_by_role("button", name="Restore factory settings")).to_be_disabled()
-    page.get_by_label("To be sure").fill("reset")
     page.get_by_role("button", name="Restore factory settings").click()
+    expect(page.get_by_role("dialog")).to_contain_text("go back to their defaults")
+    page.get_by_role("dialog").get_by_role("button", name="Apply").click()
     expect(page.locator(".notice").last).to_contain_text("factory settings")
 
 
@@ -145,9 +145,9 @@ def test_a_stall_is_set_up_by_hand(page: Page):
     free = int(load.get_attribute("aria-valuenow") or 0)
     page.get_by_role("slider", name="Load of motor 0").fill("40")
     until(page, lambda: int(load.get_attribute("aria-valuenow") or 0) > free)
-    page.get_by_role("slider", name="Stall threshold").fill(str(free + 1))
+    choose(page, "Stall threshold", str(free + 1))
     until(page, lambda: figure(page, 0, "speed") == 0)
-    page.get_by_role("slider", name="Stall threshold").fill("0")
+    choose(page, "Stall threshold", "0")
     page.get_by_role("button", name="let go").click()
 
 

@@ -118,7 +118,7 @@ def test_all_axis_parameters_are_stored_and_restored_at_once(page: Page):
     field.fill("321")
     field.press("Enter")
     page.get_by_role("button", name="Store all", exact=True).click()
-    expect(page.locator(".notice").last).to_contain_text("are in the EEPROM")
+    expect(page.locator(".notice").last).to_contain_text("are stored in the EEPROM")
     field.fill("99")
     field.press("Enter")
     expect(page.locator("td.differs")).to_have_count(1)

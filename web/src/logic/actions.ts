@@ -3,6 +3,7 @@ import { effect, signal } from "@preact/signals";
 import { find, toggleHere } from "../editor/editor";
 import { showHints } from "../editor/server";
 import { ask, can, held, inRoutine, online, running, send, stopAll, timePaused, welcome } from "./app";
+import { ready } from "./authority";
 import { assemble, busy, download, run, upload } from "./build";
 import { go } from "./debugger";
 import {
@@ -25,27 +26,29 @@ export interface Action {
 
 const control = (action: ControlProgram["action"]) => () => ask({ call: "control_program", action });
 const idle = (): boolean => online.value && opened.value && !busy.value;
+/** The program may go on, and with it motors. */
+const free = (): boolean => idle() && ready.value;
 
 /** What F9 does: go on when the program is held or stopped in the middle, else start it. */
 const runOrContinue = () => (held.value ? go("continue") : run());
 
 export const ACTIONS: Action[] = [
-    { id: "run", title: "Run", group: "Program", keys: ["F9"], icon: "play", enabled: idle,
+    { id: "run", title: "Run", group: "Program", keys: ["F9"], icon: "play", enabled: free,
         hint: "Assemble, download and run from the start; goes on when held at a breakpoint", run: runOrContinue },
     { id: "stop", title: "Stop", group: "Program", keys: ["Ctrl+F2"], icon: "stop", enabled: () => online.value,
         hint: "Stop the program; motors go on as they are", run: control("stop") },
     { id: "continue", title: "Continue", group: "Program", keys: ["Shift+F9"], icon: "continue",
-        enabled: () => idle() && !running.value, hint: "Go on from where the program stands", run: () => go("continue") },
+        enabled: () => free() && !running.value, hint: "Go on from where the program stands", run: () => go("continue") },
     { id: "pause", title: "Pause", group: "Program", keys: ["F2"], icon: "pause",
         enabled: () => online.value && running.value, hint: "Hold the program at its next instruction",
         run: () => go("pause") },
     { id: "step", title: "Step", group: "Program", keys: ["F7"], icon: "step",
-        enabled: () => idle() && !running.value, hint: "Execute one instruction", run: () => go("stepIn") },
+        enabled: () => free() && !running.value, hint: "Execute one instruction", run: () => go("stepIn") },
     { id: "step_over", title: "Step over CSUB", group: "Program", keys: ["Shift+F7"], icon: "step-over",
-        enabled: () => idle() && !running.value, hint: "Execute one instruction, a CSUB with all that it calls",
+        enabled: () => free() && !running.value, hint: "Execute one instruction, a CSUB with all that it calls",
         run: () => go("next") },
     { id: "step_out", title: "Step out of CSUB", group: "Program", keys: ["Ctrl+F7"], icon: "step-out",
-        enabled: () => idle() && !running.value && (inRoutine.value || !can.value.debug),
+        enabled: () => free() && !running.value && (inRoutine.value || !can.value.debug),
         hint: "Go on until the CSUB has returned", run: () => go("stepOut") },
     { id: "reset", title: "Reset", group: "Program", keys: ["Ctrl+Shift+F2"], icon: "reset",
         enabled: () => online.value, hint: "Stop, and go back to the first instruction", run: control("reset") },

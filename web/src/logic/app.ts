@@ -7,6 +7,7 @@ import type {
     BoardState, Call, Exchange, FileEntry, Listing, MotorState, Parameter, ProgramState, Results,
     ServerEvent, Severity, Telegram, TimeState, Watched, Welcome, World,
 } from "../wire";
+import { sure } from "./confirm";
 import { Connection, RefusedError } from "./connection";
 import { remembered } from "./settings";
 import { Samples } from "./samples";
@@ -164,7 +165,8 @@ export async function ask<C extends Call>(call: C): Promise<Results[C["call"]] |
         return await connection.call(call);
     } catch (error) {
         if (!(error instanceof RefusedError)) throw error;
-        notify("error", error.message);
+        if (error.code === "confirm") return (await sure(error.message)) ? ask({ ...call, sure: true }) : null;
+        notify("error", error.message, undefined, error.code);
         return null;
     }
 }
@@ -177,10 +179,13 @@ export interface Command {
 }
 export const exchanges = signal<Exchange[]>([]);
 
+/** Command 137 has no reply. */
+const NEVER_ANSWERED = 137;
+
 /** Send one command; anything but success becomes a notice. */
 export async function execute(command: Command): Promise<Exchange | null> {
     const exchange = await ask({ call: "execute", ...command });
-    if (exchange && exchange.status !== 100) notify("warning", `${exchange.text}: ${exchange.meaning}`);
+    if (exchange && exchange.status !== 100 && command.number !== NEVER_ANSWERED) notify("warning", `${exchange.text}: ${exchange.meaning}`);
     return exchange;
 }
 
@@ -205,7 +210,6 @@ export async function readAxis(key: string, motor: number): Promise<number | nul
 export async function stopAll(): Promise<void> {
     try {
         await connection.call({ call: "stop_all" });
-        notify("information", "All motors stop.");
     } catch (error) {
         if (!(error instanceof RefusedError)) throw error;
         notify("error", error.message);

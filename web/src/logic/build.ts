@@ -1,8 +1,10 @@
 // From source text to a running program: live checking, assembling, downloading, uploading; the language server.
 import { effect, signal } from "@preact/signals";
 import { languageServer } from "../editor/server";
-import type { Assembled } from "../wire";
-import { ask, loaded, notify, online } from "./app";
+import type { Assembled, Call } from "../wire";
+import { ask, connection, loaded, notify, online } from "./app";
+import { choose } from "./confirm";
+import { RefusedError } from "./connection";
 import { active, documents, newFile, openFile, problems, saveAll, screenTexts, target } from "./documents";
 
 /** Last result of the assembler by path. */
@@ -49,14 +51,33 @@ export async function assemble(): Promise<Assembled | null> {
 export async function download(run: boolean): Promise<Assembled | null> {
     const path = needProgram();
     if (!path) return null;
-    busy.value = "Downloading";
     await saveAllKnown();
-    const result = await ask({ call: "download", path, texts: screenTexts(), run });
-    busy.value = "";
+    const result = await store({ call: "download", path, texts: screenTexts(), run });
     if (!result) return null;
     keep(path, result, true);
     if (result.listing && !run) notify("information", `${result.listing.lines.length} instructions are in the module.`);
     return result;
+}
+
+/** Download; over a program that nobody here has loaded only when a person says so. */
+async function store(call: Call & { call: "download" }): Promise<Assembled | null> {
+    busy.value = "Downloading";
+    try {
+        return await connection.call(call);
+    } catch (error) {
+        if (!(error instanceof RefusedError)) throw error;
+        if (error.code !== "unknown") {
+            notify("error", error.message, undefined, error.code);
+            return null;
+        }
+    } finally {
+        busy.value = "";
+    }
+    const answer = await choose("Another program is in the module",
+        "This IDE has not loaded the program that the module holds. A download erases it. Upload it first to keep it as a text.",
+        [{ id: "upload", title: "Upload it first", tone: "primary" }, { id: "replace", title: "Replace it", tone: "danger" }]);
+    if (answer === "upload") await upload();
+    return answer === "replace" ? store({ ...call, replace: true }) : null;
 }
 
 /** Files that are on the disk already are saved before a download; new texts stay where they are. */

@@ -1,7 +1,7 @@
 // All parameters of the module as last read; kept fresh while a page that shows them is open.
 import { effect, signal } from "@preact/signals";
 import type { Parameter, Watched } from "../wire";
-import { connection, online, powered, tables, welcome } from "./app";
+import { connection, onServerEvent, online, powered, tables, welcome } from "./app";
 
 export interface Values {
     /** By parameter number: one value a motor; null where the module refuses. */
@@ -73,6 +73,10 @@ export async function refresh(): Promise<void> {
     touched.value = glow;
     parameters.value = { axis, globals, coordinates };
 }
+
+onServerEvent((event) => {
+    if (event.event === "motion_ended" && (event.kind === "restore" || event.kind === "search")) void refresh();
+});
 
 let timer = 0;
 async function poll(): Promise<void> {

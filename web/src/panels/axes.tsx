@@ -2,12 +2,14 @@
 import { useComputed, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { MOTOR_FLAGS, type AxisWorld, type Cam as CamPlace } from "../wire";
-import { ask, axisParameter, connection, figures, flag, motors, online, powered, send, setAxis, tables, welcome, world } from "../logic/app";
+import { ask, axisParameter, connection, figures, flag, motors, online, powered, send, tables, welcome, world } from "../logic/app";
 import { parameters } from "../logic/parameters";
 import { remembered } from "../logic/settings";
 import { grouped, rate, rpm, short, type Scale } from "../logic/units";
 import { Dial } from "../widgets/dial";
-import { Empty, NumberField, Lamp } from "../widgets/basics";
+import { abort, motionOf, notReady, ready } from "../logic/authority";
+import { Empty, Lamp } from "../widgets/basics";
+import { LocalNumber } from "../widgets/fields";
 import { Icon } from "../widgets/icons";
 
 export const FULLSTEPS = 200;
@@ -22,8 +24,8 @@ export function scaleOf(motor: number): Scale {
     };
 }
 
-const jogSpeed = remembered<number[]>("jog", [400, 400, 400]);
-const moveTo = remembered<number[]>("move", [10000, 10000, 10000]);
+const jogSpeed = remembered<(number | null)[]>("jog", [400, 400, 400]);
+const moveTo = remembered<(number | null)[]>("move", [10000, 10000, 10000]);
 
 /** The server stops a motor of whose button it has not heard for a second. */
 const AGAIN_MS = 250;
@@ -34,9 +36,10 @@ function Jog({ motor, direction }: { motor: number; direction: -1 | 1 }) {
     const timer = useRef(0);
     const say = (velocity: number) => connection.call({ call: "jog", motor, velocity }).catch(() => {});
     const start = () => {
-        if (held.value || !online.value) return;
+        const speed = jogSpeed.value[motor];
+        if (held.value || !ready.value || speed == null) return;
         held.value = true;
-        const velocity = direction * jogSpeed.value[motor]!;
+        const velocity = direction * speed;
         void ask({ call: "jog", motor, velocity });
         timer.current = window.setInterval(() => void say(velocity), AGAIN_MS);
     };
@@ -55,7 +58,7 @@ function Jog({ motor, direction }: { motor: number; direction: -1 | 1 }) {
         };
     }, []);
     useSignalEffect(() => {
-        if (!online.value) end();
+        if (!ready.value) end();
     });
     const hold = (event: KeyboardEvent) => {
         if (event.key !== " " && event.key !== "Enter") return;
@@ -64,8 +67,8 @@ function Jog({ motor, direction }: { motor: number; direction: -1 | 1 }) {
     };
     const name = direction > 0 ? "right" : "left";
     return (
-        <button class={`jog ${held.value ? "held" : ""}`} disabled={!online.value}
-            title={`Hold to turn ${name} at speed ${jogSpeed.value[motor]}`} aria-label={`Jog motor ${motor} ${name}`}
+        <button class={`jog ${held.value ? "held" : ""}`} disabled={!ready.value || jogSpeed.value[motor] == null}
+            title={notReady.value || `Hold to turn ${name} at speed ${jogSpeed.value[motor]}`} aria-label={`Jog motor ${motor} ${name}`}
             onPointerDown={(event) => {
                 if (event.button !== 0) return;
                 event.currentTarget.setPointerCapture(event.pointerId);
@@ -194,6 +197,7 @@ function Axis({ motor }: { motor: number }) {
         : on("reached") && mode.value === 0 ? "at target" : MODES[mode.value] + " mode";
     const tone = on("stalled") || slip.value || errors.value ? "bad" : on("reached") && mode.value === 0 ? "good" : "";
     const top = welcome.value?.model.max_current_ma ?? 0;
+    const goal = moveTo.value[motor] ?? null;
     return (
         <section class={`axis motor${motor}`} aria-label={`Motor ${motor}`}>
             <header>
@@ -223,33 +227,32 @@ function Axis({ motor }: { motor: number }) {
             <Rail motor={motor} />
             <footer>
                 <Jog motor={motor} direction={-1} />
-                <NumberField class="speed" value={jogSpeed.value[motor]!} low={0} high={2047} label={`Jog speed of motor ${motor}`}
-                    onCommit={(value) => (jogSpeed.value = jogSpeed.value.with(motor, value))} />
+                <LocalNumber class="speed" value={jogSpeed.value[motor]!} low={0} high={2047} label={`Jog speed of motor ${motor}`}
+                    onInput={(value) => (jogSpeed.value = jogSpeed.value.with(motor, value))} />
                 <Jog motor={motor} direction={1} />
                 <button class="stop" disabled={!online.value} title={`Stop motor ${motor} along its ramp (Alt+${motor + 1})`}
                     aria-label={`Stop motor ${motor}`} onClick={() => send("MST", 0, motor)}><Icon name="stop" /></button>
                 <span class="gap" />
-                <NumberField class="to" value={moveTo.value[motor]!} low={-8388608} high={8388607} label={`Destination of motor ${motor}`}
-                    onCommit={(value) => (moveTo.value = moveTo.value.with(motor, value))} />
-                <button disabled={!online.value} title="Move to this position" aria-label={`Move motor ${motor} to`}
-                    onClick={() => send("MVP", 0, motor, moveTo.value[motor])}>to</button>
-                <button disabled={!online.value} title="Move by this distance from where the motor is" aria-label={`Move motor ${motor} by`}
-                    onClick={() => send("MVP", 1, motor, moveTo.value[motor])}>by</button>
-                <button disabled={!online.value} title="Call this place zero" aria-label={`Zero motor ${motor}`}
-                    onClick={() => zero(motor)}>0</button>
-                <button class={search.value ? "active" : ""} disabled={!online.value} aria-label={`Reference search of motor ${motor}`}
-                    title={search.value ? "Abort the reference search" : "Start the reference search"}
-                    onClick={() => send("RFS", search.value ? 1 : 0, motor)}><Icon name="home" /></button>
+                <LocalNumber class="to" value={moveTo.value[motor]!} low={-8388608} high={8388607} label={`Destination of motor ${motor}`}
+                    onInput={(value) => (moveTo.value = moveTo.value.with(motor, value))} />
+                <button disabled={!ready.value || goal === null} title={notReady.value || "Move to this position"} aria-label={`Move motor ${motor} to`}
+                    onClick={() => goal !== null && send("MVP", 0, motor, goal)}>to</button>
+                <button disabled={!ready.value || goal === null} title={notReady.value || "Move by this distance from where the motor is"} aria-label={`Move motor ${motor} by`}
+                    onClick={() => goal !== null && send("MVP", 1, motor, goal)}>by</button>
+                <span class="gap small" />
+                <button disabled={!ready.value} title={notReady.value || "Stop, and call this place zero"} aria-label={`Zero motor ${motor}`}
+                    onClick={() => ask({ call: "zero", motor })}>=0</button>
+                <button class={search.value ? "active" : ""} disabled={!(search.value ? online : ready).value} aria-label={`Reference search of motor ${motor}`}
+                    title={search.value ? "Abort the reference search" : notReady.value || "Start the reference search"}
+                    onClick={() => (search.value ? endSearch(motor) : ask({ call: "search", motor }))}><Icon name="home" /></button>
             </footer>
         </section>
     );
 }
 
-async function zero(motor: number): Promise<void> {
-    await send("MST", 0, motor);
-    for (let n = 0; n < 100 && motors[motor]!.peek().speed !== 0; n++) await new Promise((done) => setTimeout(done, 50));
-    await setAxis("target_position", motor, 0);
-    await setAxis("actual_position", motor, 0);
+function endSearch(motor: number): Promise<unknown> {
+    const own = motionOf("search", motor);
+    return own ? abort(own.number) : send("RFS", 1, motor);
 }
 
 export function Axes() {

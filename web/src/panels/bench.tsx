@@ -2,7 +2,8 @@
 import { computed } from "@preact/signals";
 import { board, can, flag, motors, online, plugged, powered, timePaused, time, welcome, world, ask } from "../logic/app";
 import type { SetBench } from "../wire";
-import { Empty, Lamp, NumberField, Switch } from "../widgets/basics";
+import { Empty, Lamp, Switch } from "../widgets/basics";
+import { NumberField } from "../widgets/fields";
 import { Icon } from "../widgets/icons";
 import { remembered } from "../logic/settings";
 import { grouped, short } from "../logic/units";

@@ -8,7 +8,7 @@ import { readNumber } from "../logic/text";
 import { Empty } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
-const chosen = remembered("direct-command", 1);
+const chosen = remembered("direct-command", 6);
 const fields = remembered<Record<string, string>>("direct-fields", { type: "0", motor: "0", value: "0" });
 const line = remembered("direct-line", "");
 const history = remembered<string[]>("direct-history", []);
@@ -69,13 +69,16 @@ function Form() {
     const rows = [...tables.value.commands.filter((row) => row.where.includes("direct")), ...tables.value.control];
     const row = rows.find((item) => item.number === chosen.value) ?? rows[0]!;
     const numbers = () => {
-        const read = (name: string) => (row.operands.some((item) => item.field === name) ? (readNumber(fields.value[name] ?? "0") ?? 0) : 0);
-        return { number: row.number, type: read("type"), motor: read("motor"), value: read("value") };
+        const read = (name: string) => (row.operands.some((item) => item.field === name) ? readNumber(fields.value[name] ?? "0") : 0);
+        return { type: read("type"), motor: read("motor"), value: read("value") };
     };
+    const whole = Object.values(numbers()).every((value) => value !== null && Number.isInteger(value));
     return (
         <form class="direct-form" onSubmit={(event) => {
             event.preventDefault();
-            void perform(() => ask({ call: "execute", ...numbers() }));
+            const { type, motor, value } = numbers();
+            if (type === null || motor === null || value === null) return;
+            void perform(() => ask({ call: "execute", number: row.number, type, motor, value }));
         }}>
             <label class="operand instruction"><span>instruction</span>
                 <select aria-label="Instruction" value={String(row.number)}
@@ -87,7 +90,7 @@ function Form() {
                 </select>
             </label>
             {row.operands.map((operand) => <OperandField key={operand.field} operand={operand} row={row} />)}
-            <button class="primary" type="submit" disabled={!online.value}>Execute</button>
+            <button class="primary" type="submit" disabled={!online.value || !whole}>Execute</button>
             <p class="muted hint">{row.meaning} <span class="section">{row.section}</span></p>
         </form>
     );
@@ -105,7 +108,7 @@ function Line() {
             line.value = "";
         }}>
             <span class="prompt" aria-hidden="true">›</span>
-            <input aria-label="Command line" placeholder="ROR 0, 500 — Enter sends, ↑ brings back" value={line.value} spellcheck={false}
+            <input aria-label="Command line" placeholder="GAP 1, 0 — Enter sends, ↑ brings back" value={line.value} spellcheck={false}
                 onInput={(event) => (line.value = event.currentTarget.value)}
                 onKeyDown={(event) => {
                     const step = { ArrowUp: 1, ArrowDown: -1 }[event.key];
@@ -150,8 +153,8 @@ export function Direct() {
             <div class="answers">
                 {list.length ? (
                     <div role="list" aria-label="Answers">{list.slice().reverse().map(({ exchange, at }) => <Answer key={at} exchange={exchange} />)}</div>
-                ) : <Empty icon="right" title="Nothing sent yet">Try <button class="link" onClick={() => executeLine("ROR 0, 500")}>ROR 0, 500</button> to
-                    turn motor 0, and <button class="link" onClick={() => executeLine("MST 0")}>MST 0</button> to stop it.</Empty>}
+                ) : <Empty icon="right" title="Nothing sent yet">Try <button class="link" onClick={() => executeLine("GAP 1, 0")}>GAP 1, 0</button> to
+                    read the position of motor 0: that moves nothing.</Empty>}
             </div>
         </div>
     );

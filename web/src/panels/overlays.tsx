@@ -4,6 +4,7 @@ import { useLayoutEffect, useRef } from "preact/hooks";
 import { ACTIONS, overview, perform } from "../logic/actions";
 import { ask, connection, dismiss, files, link, notices, plugged, powered, progress, time, welcome } from "../logic/app";
 import { openFile, openPage, PAGES, type PageName } from "../logic/documents";
+import { question } from "../logic/confirm";
 import { palette } from "../logic/layout";
 import { score } from "../logic/text";
 import { Modal } from "../widgets/basics";
@@ -69,6 +70,19 @@ export function Overview() {
                         <div key={title}><dt>{title}</dt><dd><kbd>{keys}</kbd></dd></div>)}</dl></section>
                 <section><h3>Axes</h3><dl><div><dt>Jog while held</dt><dd><kbd>Space</kbd> on an arrow button</dd></div><div><dt>Take a number</dt><dd><kbd>Enter</kbd></dd></div><div><dt>Give it back</dt><dd><kbd>Esc</kbd></dd></div></dl></section>
             </div>
+        </Modal>
+    );
+}
+
+/** A question of `choose`; closing it is no answer. */
+export function Confirmation() {
+    const asked = question.value;
+    if (!asked) return null;
+    return (
+        <Modal class="confirmation" label={asked.title} onClose={() => asked.settle(null)}>
+            <h2>{asked.title}</h2><p>{asked.text}</p>
+            <div class="row"><span class="gap" /><button onClick={() => asked.settle(null)}>Cancel</button>
+                {asked.answers.map((answer) => <button key={answer.id} class={answer.tone} onClick={() => asked.settle(answer.id)}>{answer.title}</button>)}</div>
         </Modal>
     );
 }

@@ -4,8 +4,10 @@ import { useEffect, useRef } from "preact/hooks";
 import { ask, can, notify, online, powered, send, tables } from "../logic/app";
 import { COORDINATE_BANK, keyOf, parameters, refresh, touched } from "../logic/parameters";
 import { remembered } from "../logic/settings";
-import type { Eeprom, Parameter, StoredValue } from "../wire";
-import { Choice, Empty, NumberField, offer } from "../widgets/basics";
+import type { Eeprom, Parameter, StoredValue, Watched } from "../wire";
+import { notReady, ready } from "../logic/authority";
+import { Choice, Empty, Menu, offer } from "../widgets/basics";
+import { NumberField, SelectField } from "../widgets/fields";
 import { Icon } from "../widgets/icons";
 import { want } from "./program";
 
@@ -35,10 +37,7 @@ function Cell({ row, motor, value }: { row: Parameter; motor: number; value: num
         <td class={`cell ${differs ? "differs" : ""} ${glow ? "touched" : ""}`} title={differs ? `Default ${row.default}` : undefined}>
             {!writable ? <span class="value">{row.choices.find((choice) => choice.value === value)?.text ?? value}</span>
                 : row.choices.length ? (
-                    <select aria-label={label} value={String(value)} disabled={!online.value} onChange={(event) => set(Number(event.currentTarget.value))}>
-                        {!row.choices.some((choice) => choice.value === value) && <option value={String(value)}>{value}</option>}
-                        {row.choices.map((choice) => <option key={choice.value} value={String(choice.value)} selected={choice.value === value}>{choice.value} {choice.text}</option>)}
-                    </select>
+                    <SelectField label={label} value={value} choices={row.choices} disabled={!online.value} onCommit={set} />
                 ) : <NumberField value={value} low={row.low} high={row.high} label={label} disabled={!online.value} onCommit={set} />}
         </td>
     );
@@ -58,30 +57,25 @@ function What({ row }: { row: Parameter }) {
     );
 }
 
-async function each(motors: number[], mnemonic: "STAP" | "RSAP", row: Parameter): Promise<void> {
-    for (const motor of motors) if (!(await send(mnemonic, row.number, motor))) return;
-    if (mnemonic === "RSAP") await refresh();
-    else notify("information", `${row.name}: stored for ${motors.length} motors.`);
-}
+type Keeping = "store" | "restore";
+const keep = (action: Keeping, items: Watched[]) => ask({ call: "keep", action, items });
 
-async function storeAll(): Promise<void> {
-    let count = 0;
-    for (const row of tables.value.axis.filter((item) => item.access.includes("E")))
-        for (const motor of [0, 1, 2]) {
-            if (axisValue(row, motor) == null) continue;
-            const exchange = await send("STAP", row.number, motor);
-            if (exchange?.status !== 100) return;
-            count++;
-        }
-    notify("information", `${count} axis parameters are in the EEPROM.`);
-}
+/** All stored axis parameters that the module has. */
+const allStored = (): Watched[] =>
+    tables.value.axis.filter((row) => row.access.includes("E")).flatMap((row) => [0, 1, 2].filter((motor) => axisValue(row, motor) != null)
+        .map((motor) => ({ bank: -1, number: row.number, motor })));
 
-async function restoreAll(): Promise<void> {
-    let count = 0;
-    for (const row of tables.value.axis.filter((item) => item.access.includes("E")))
-        for (const motor of [0, 1, 2]) if ((await send("RSAP", row.number, motor))?.status === 100) count++;
-    notify("information", `${count} axis parameters are as the EEPROM has them.`);
-    await refresh();
+/** Store or restore a parameter of one motor or of all. */
+function KeepRow({ row }: { row: Parameter }) {
+    const entry = (action: Keeping, motors: number[]) => {
+        const title = `${action === "store" ? "Store" : "Restore"} ${motors.length === 1 ? `motor ${motors[0]}` : "all three motors"}`;
+        return (
+            <button key={title} role="menuitem" title={action === "store" ? "The value of now goes to the EEPROM (STAP)" : "The stored value comes back (RSAP)"} disabled={!online.value}
+                onClick={() => keep(action, motors.map((motor) => ({ bank: -1, number: row.number, motor })))}><Icon name={action === "store" ? "save" : "undo"} size={13} /> {title}</button>
+        );
+    };
+    const all = (action: Keeping) => [[0], [1], [2], [0, 1, 2]].map((motors) => entry(action, motors));
+    return <Menu icon="save" label={`Store or restore ${row.name}`}>{all("store")}{all("restore")}</Menu>;
 }
 
 function AxisTable() {
@@ -96,10 +90,7 @@ function AxisTable() {
                     <td class="no">{row.number}</td><What row={row} />
                     {[0, 1, 2].map((motor) => <Cell key={motor} row={row} motor={motor} value={axisValue(row, motor)} />)}
                     <Range row={row} />
-                    <td class="acts">{row.access.includes("E") && (<>
-                        <button class="tool" title="Store for all three motors (STAP)" aria-label={`Store ${row.name}`} onClick={() => each([0, 1, 2], "STAP", row)}><Icon name="save" /></button>
-                        <button class="tool" title="Bring back what is stored (RSAP)" aria-label={`Restore ${row.name}`} onClick={() => each([0, 1, 2], "RSAP", row)}><Icon name="undo" /></button>
-                    </>)}</td>
+                    <td class="acts">{row.access.includes("E") && <KeepRow row={row} />}</td>
                 </tr>
             ))}</tbody>
         </table>
@@ -128,7 +119,7 @@ function Variables() {
         <div class="variables wide">{rows.map((row) => (
             <div key={row.number} class={touched.value.has(keyOf(2, row.number)) ? "touched" : ""}>
                 <span>{row.number}</span>
-                <NumberField value={globalValue(row) ?? 0} low={row.low} high={row.high} label={`User variable ${row.number}`}
+                <NumberField value={globalValue(row) ?? ""} disabled={!online.value || globalValue(row) == null} low={row.low} high={row.high} label={`User variable ${row.number}`}
                     onCommit={(value) => void send("SGP", row.number, 2, value).then(refresh)} />
                 <button class="tool" title="Store (STGP)" aria-label={`Store variable ${row.number}`} onClick={() => send("STGP", row.number, 2)}><Icon name="save" size={13} /></button>
                 <button class="tool" title="Bring back what is stored (RSGP)" aria-label={`Restore variable ${row.number}`} onClick={() => void send("RSGP", row.number, 2).then(refresh)}><Icon name="undo" size={13} /></button>
@@ -155,7 +146,7 @@ function Coordinates() {
                     })}
                     <td class="acts wide">
                         <button onClick={() => void send("CCO", number, 7).then(refresh)} title="Take the actual positions of all motors (CCO)">capture</button>
-                        <button onClick={() => send("MVP", 2, 0x80 | 7, number)} title="Move all motors there (MVP COORD)">go</button>
+                        <button disabled={!ready.value} onClick={() => ask({ call: "go", coordinate: number, motors: [0, 1, 2] })} title={notReady.value || "Move all motors there (MVP COORD)"}>go</button>
                     </td>
                 </tr>
             ))}</tbody>
@@ -222,8 +213,8 @@ export function Parameters() {
                     <label class="check"><input type="checkbox" checked={changedOnly.value} onChange={(event) => (changedOnly.value = event.currentTarget.checked)} /> changed only</label>
                 </>)}
                 <span class="gap" />
-                {section.value === "axis" && <button onClick={storeAll} disabled={!online.value} title="Store all axis parameters as they are now (STAP)"><Icon name="save" /> Store all</button>}
-                {section.value === "axis" && <button onClick={restoreAll} disabled={!online.value} title="Bring back all axis parameters as they are stored (RSAP)"><Icon name="undo" /> Restore all</button>}
+                {section.value === "axis" && <button onClick={() => keep("store", allStored())} disabled={!online.value} title="Store all axis parameters as they are now (STAP)"><Icon name="save" /> Store all</button>}
+                {section.value === "axis" && <button onClick={() => keep("restore", allStored())} disabled={!online.value} title="Bring back all axis parameters as they are stored (RSAP)"><Icon name="undo" /> Restore all</button>}
                 <button onClick={() => exportSettings("tmcl")} disabled={!online.value} title="All settings as TMCL source">Export .tmc</button>
                 <button onClick={() => exportSettings("toml")} disabled={!online.value} title="All settings as TOML">Export .toml</button>
                 <button onClick={() => chooser.current!.click()} disabled={!online.value}>Import…</button>

@@ -10,7 +10,8 @@ import {
 import { remembered } from "../logic/settings";
 import { openFile } from "../logic/documents";
 import { keyOf, parameters, refresh, touched, wanted } from "../logic/parameters";
-import { ActionButton, Empty, NumberField } from "../widgets/basics";
+import { ActionButton, Empty } from "../widgets/basics";
+import { NumberField } from "../widgets/fields";
 import { Icon } from "../widgets/icons";
 
 const frames = signal<Frame[]>([]);
@@ -83,7 +84,7 @@ export function Program() {
                     const value = parameters.value.globals.get(`2/${row.number}`);
                     return (
                         <label key={row.number} class={touched.value.has(keyOf(2, row.number)) ? "touched" : ""}><span>{row.number}</span>
-                            <NumberField value={value ?? 0} low={row.low} high={row.high} label={`User variable ${row.number}`}
+                            <NumberField value={value ?? ""} disabled={value == null} low={row.low} high={row.high} label={`User variable ${row.number}`}
                                 onCommit={(next) => void send("SGP", row.number, 2, next).then(refresh)} /></label>
                     );
                 })}

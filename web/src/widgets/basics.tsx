@@ -1,9 +1,8 @@
 // Small controls shared by the panels.
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { action, perform } from "../logic/actions";
-import { readNumber } from "../logic/text";
 import { Icon } from "./icons";
 
 /** A button for a row of ACTIONS. */
@@ -30,46 +29,6 @@ export function Switch(props: { on: boolean; onChange: (on: boolean) => void; la
             disabled={props.disabled} onClick={() => props.onChange(!props.on)}><span /></button>
     );
 }
-
-/** A number that is taken with Enter or when the field is left; Escape brings the old one back. */
-export function NumberField(props: {
-    value: number | string; onCommit: (value: number) => void; label: string; low?: number; high?: number;
-    width?: number; disabled?: boolean; whole?: boolean; class?: string;
-}) {
-    const field = useRef<HTMLInputElement>(null);
-    const wrong = useSignal(false);
-    useEffect(() => {
-        if (field.current && document.activeElement !== field.current) field.current.value = String(props.value);
-    }, [props.value]);
-    const take = () => {
-        const text = field.current!.value.trim();
-        if (text === String(props.value)) return void (wrong.value = false);
-        const value = readNumber(text);
-        const fits = value !== null && (props.whole === false || Number.isInteger(value))
-            && value >= (props.low ?? -Infinity) && value <= (props.high ?? Infinity);
-        wrong.value = !fits;
-        if (fits) props.onCommit(value);
-    };
-    return (
-        <input ref={field} class={`number ${wrong.value ? "wrong" : ""} ${props.class ?? ""}`} inputMode={(props.low ?? -1) < 0 ? "text" : "numeric"} enterKeyHint="done" autocomplete="off"
-            aria-label={props.label} title={wrong.value ? rangeText(props.low, props.high) : undefined}
-            disabled={props.disabled} style={props.width ? { width: `${props.width}px` } : undefined}
-            onBlur={take}
-            onKeyDown={(event) => {
-                if (event.key === "Enter") {
-                    take();
-                    field.current!.select();
-                }
-                if (event.key === "Escape") {
-                    field.current!.value = String(props.value);
-                    wrong.value = false;
-                }
-            }} />
-    );
-}
-
-const rangeText = (low?: number, high?: number): string =>
-    low === undefined || high === undefined ? "A number, please." : `From ${low} to ${high}.`;
 
 /** A handle that changes a size while it is dragged. */
 export function Splitter(props: { vertical: boolean; onDrag: (delta: number) => void; label: string }) {

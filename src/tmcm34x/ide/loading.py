@@ -1,0 +1,155 @@
+"""Programs into the module's memory and out of it again.
+
+Source: manual 6.7.36, control functions 128 to 134.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Final
+
+from tmcm34x.ide import wire
+from tmcm34x.ide.building import identity
+from tmcm34x.ide.exchange import (
+    END_MARK,
+    QUIT_DOWNLOAD,
+    READ_MEMORY,
+    RESET_PROGRAM,
+    START_DOWNLOAD,
+    STOP_PROGRAM,
+    stored,
+)
+from tmcm34x.ide.virtual import Virtual
+from tmcm34x.tmcl.commands import PROGRAM_SIZE
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.status import Status
+
+if TYPE_CHECKING:
+    from tmcm34x.ide.target import Target, Tell
+
+_NO_COMMANDS: Final = {0, 255}
+"""First bytes of a memory without a program: the end mark, and an erased EEPROM."""
+_EACH: Final = 64
+"""Instructions between two messages of progress."""
+
+
+class Loading:
+    """The program memory of `target`.
+
+    tell: takes what pages should see
+    hush: switches everything off that sends of its own accord, because the module would store it
+    busy: a program is being stored
+    listing: the program that the memory is known to hold
+    """
+
+    def __init__(self, target: Target, tell: Tell, hush: Callable[[bool], None]) -> None:
+        self._target = target
+        self._tell = tell
+        self._hush = hush
+        self.busy = False
+        self._abort = False
+        self.listing: wire.Listing | None = None
+        self._loaded: tuple[Instruction, ...] = ()
+        """The program that was last stored from here, whole."""
+        self._revision = -1
+
+    def abort(self) -> None:
+        """Break a download off."""
+        self._abort = True
+
+    async def command(self, instruction: Instruction, expected: int = Status.OK) -> wire.Exchange:
+        """A command that must succeed for the work to go on.  Raises `wire.RefusalError`."""
+        exchange = await self._target.exchange(instruction)
+        if exchange.status != expected:
+            raise wire.RefusalError("module", f"{exchange.text}: {exchange.meaning}.")
+        return exchange
+
+    async def put(self, listing: wire.Listing, program: tuple[Instruction, ...], *, replace: bool) -> None:
+        """Have the memory hold `program`; `replace` allows it over one that is not known."""
+        same = self.listing is not None and self.listing.identity == listing.identity
+        if same and (isinstance(self._target, Virtual) or await self._compare(program)):
+            return
+        if not replace:
+            await self._expect_known()
+        await self._store(program)
+
+    async def _expect_known(self) -> None:
+        """Refuse to write over a program that was not stored from here."""
+        if isinstance(self._target, Virtual) or (self._loaded and await self._compare(self._loaded)):
+            return
+        exchange = await self.command(Instruction(READ_MEMORY))
+        if stored(bytes.fromhex(exchange.received)).number not in _NO_COMMANDS:
+            raise wire.RefusalError("unknown", "The module holds a program that this IDE has not loaded.")
+
+    async def _compare(self, program: Sequence[Instruction]) -> bool:
+        """Whether the memory holds `program`."""
+        for address, instruction in enumerate(program):
+            exchange = await self._target.exchange(Instruction(READ_MEMORY, value=address))
+            if exchange.status != Status.OK or stored(bytes.fromhex(exchange.received)) != instruction:
+                return False
+        return True
+
+    async def _store(self, program: tuple[Instruction, ...]) -> None:
+        marked = [*program, END_MARK] if len(program) < PROGRAM_SIZE else list(program)
+        self.busy, self._abort, self._loaded = True, False, ()
+        self._hush(True)
+        try:
+            await self.command(Instruction(STOP_PROGRAM))
+            await self.command(Instruction(START_DOWNLOAD))
+            await self._write(marked)
+        finally:
+            await self._target.exchange(Instruction(QUIT_DOWNLOAD))
+            self.busy = False
+            self._hush(False)
+            self._tell(wire.Progress("Downloading", 1, 1))
+        self._loaded = program
+        await self.command(Instruction(RESET_PROGRAM))
+
+    async def _write(self, marked: Sequence[Instruction]) -> None:
+        for done, instruction in enumerate(marked):
+            if self._abort:
+                raise wire.RefusalError("aborted", _broken_off("STOP ALL", done))
+            try:
+                await self.command(instruction, Status.LOADED)
+            except wire.RefusalError as error:
+                raise wire.RefusalError(error.code, _broken_off(str(error), done)) from error
+            if done % _EACH == 0:
+                self._tell(wire.Progress("Downloading", done, len(marked)))
+
+    async def read(self) -> list[Instruction]:
+        """The program in the memory, up to its end mark."""
+        program: list[Instruction] = []
+        for address in range(PROGRAM_SIZE):
+            exchange = await self.command(Instruction(READ_MEMORY, value=address))
+            instruction = stored(bytes.fromhex(exchange.received))
+            if instruction.number == END_MARK.number:
+                break
+            program.append(instruction)
+            if address % _EACH == 0:
+                self._tell(wire.Progress("Reading", address, PROGRAM_SIZE))
+        self._tell(wire.Progress("Reading", 1, 1))
+        return program
+
+    def know(self, listing: wire.Listing | None) -> None:
+        """The memory holds this program, or an unknown one."""
+        self.listing = listing
+        if isinstance(self._target, Virtual):
+            self._revision = self._target.module.eeprom.revision
+
+    def changed_outside(self) -> bool:
+        """Whether somebody else has stored another program meanwhile; as far as it can be seen without the line."""
+        if self.listing is None or not isinstance(self._target, Virtual):
+            return False
+        eeprom = self._target.module.eeprom
+        if eeprom.revision == self._revision:
+            return False
+        self._revision = eeprom.revision
+        memory = [eeprom.read_instruction(address) for address in range(len(self.listing.lines))]
+        return identity(memory) != self.listing.identity
+
+
+def _broken_off(why: str, done: int) -> str:
+    gone = (
+        "The program that was in the module is gone" if done else "The program in the module was not changed"
+    )
+    return f"The download was broken off ({why.rstrip('.')}). {gone}; {done} instructions were stored."

@@ -1,0 +1,149 @@
+"""What the server does in several commands: zeroing, search, load profile, coordinates, store and restore.
+
+Each is a coroutine that ends by itself with a sentence for people, or raises `Trouble`; whoever runs it may cancel
+it at any time and brings the motors to rest.
+
+Source: manual 5.4 (the TMCL-IDE's tools), 6.7.4, 6.7.7, 6.7.8, 6.7.13.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import statistics
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Final
+
+from tmcm34x import clock
+from tmcm34x.ide import wire
+from tmcm34x.ide.stopping import AXIS_BANK
+from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
+from tmcm34x.tmcl.commands import BY_MNEMONIC
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.mnemonic import format_instruction
+from tmcm34x.tmcl.status import Status
+
+if TYPE_CHECKING:
+    from tmcm34x.ide.target import Target, Tell
+
+LOOK_S: Final = 0.02
+"""Between two looks at something that is waited for."""
+SETTLE_S: Final = 0.05
+SAMPLES: Final = 10
+SAMPLE_S: Final = 0.02
+"""Between two load values, in the module's time."""
+_MNEMONICS: Final = {name: row.number for name, row in BY_MNEMONIC.items()}
+_COORD: Final = 2
+_MANY: Final = 0x80
+_RFS_START: Final = 0
+_RFS_STATUS: Final = 2
+_KEYS: Final = {
+    ("store", True): "STAP", ("store", False): "STGP", ("restore", True): "RSAP", ("restore", False): "RSGP",
+}  # fmt: skip
+"""Mnemonics by what is to be done and whether it is an axis parameter."""
+
+
+class Trouble(Exception):  # noqa: N818
+    """A sequence cannot go on; says why."""
+
+
+class Hand:
+    """How sequences reach the module `target`; `tell` takes what pages should see."""
+
+    def __init__(self, target: Target, tell: Tell) -> None:
+        self._target = target
+        self.tell = tell
+
+    async def send(self, mnemonic: str, type_: int, motor: int, value: int = 0) -> int:
+        """Have a command executed; the value of its reply."""
+        instruction = Instruction(_MNEMONICS[mnemonic], type_, motor, value)
+        exchange = await self._target.exchange(instruction)
+        if exchange.status != Status.OK:
+            raise Trouble(f"{format_instruction(instruction)}: {exchange.meaning}")
+        return exchange.value
+
+    async def read(self, key: str, motor: int) -> int:
+        """The value of an axis parameter."""
+        (value,) = await self._target.read([wire.Watched(AXIS_BANK, AXIS_BY_KEY[key].number, motor)])
+        if value is None:
+            raise Trouble(f"{AXIS_BY_KEY[key].name} of motor {motor} cannot be read")
+        return value
+
+    async def set(self, key: str, motor: int, value: int) -> None:
+        """Set an axis parameter."""
+        await self.send("SAP", AXIS_BY_KEY[key].number, motor, value)
+
+    async def wait(self, seconds: float) -> None:
+        """Let time of the module pass, so that a slow or fast virtual module is measured alike."""
+        end = self._target.now + seconds * clock.HZ
+        while self._target.now < end:
+            await asyncio.sleep(SETTLE_S / 10)
+
+
+async def zero(hand: Hand, motor: int) -> str:
+    """Stop the motor and call the place where it rests 0.
+
+    The actual position is written first: while the motor is in velocity mode that moves nothing, and the target
+    position is then where the motor is.
+    """
+    await hand.send("MST", 0, motor)
+    while await hand.read("actual_speed", motor):
+        await asyncio.sleep(LOOK_S)
+    await hand.set("actual_position", motor, 0)
+    await hand.set("target_position", motor, 0)
+    return f"Motor {motor} calls this place 0."
+
+
+async def search(hand: Hand, motor: int) -> str:
+    """The reference search of one motor, to its end."""
+    await hand.send("RFS", _RFS_START, motor)
+    while await hand.send("RFS", _RFS_STATUS, motor):
+        await asyncio.sleep(LOOK_S)
+    return f"The reference search of motor {motor} has ended."
+
+
+async def go(hand: Hand, motors: Sequence[int], coordinate: int) -> str:
+    """Move motors to a stored coordinate."""
+    mask = _MANY | sum(1 << motor for motor in motors)
+    await hand.send("MVP", _COORD, mask, coordinate)
+    for motor in motors:
+        while not await hand.read("position_reached", motor):
+            await asyncio.sleep(LOOK_S)
+    return f"At coordinate {coordinate}."
+
+
+async def turn(hand: Hand, motor: int, velocity: int) -> str:
+    """Turn a motor until it is told otherwise."""
+    await hand.send("ROR" if velocity >= 0 else "ROL", 0, motor, abs(velocity))
+    while True:
+        await asyncio.sleep(1.0)
+
+
+async def profile(hand: Hand, motor: int, velocities: Iterable[int]) -> str:
+    """Measure the load at each velocity; a `ProfilePoint` for each."""
+    for velocity in velocities:
+        await hand.send("ROR", 0, motor, velocity)
+        while await hand.read("actual_speed", motor) != velocity:
+            await asyncio.sleep(LOOK_S)
+        await hand.wait(SETTLE_S)
+        loads: list[int] = []
+        for _ in range(SAMPLES):
+            await hand.wait(SAMPLE_S)
+            loads.append(await hand.read("load_value", motor))
+        hand.tell(wire.ProfilePoint(motor, velocity, statistics.fmean(loads), statistics.pstdev(loads)))
+    return f"The load profile of motor {motor} is complete."
+
+
+async def keep(hand: Hand, action: wire.Keeping, items: Sequence[wire.Watched]) -> str:
+    """Store parameters in the EEPROM, or bring them back from it, one by one; says how far it came."""
+    word = "stored in the EEPROM" if action == "store" else "restored from the EEPROM"
+    title = "Storing" if action == "store" else "Restoring"
+    for done, item in enumerate(items):
+        hand.tell(wire.Progress(title, done, len(items)))
+        axis = item.bank == AXIS_BANK
+        try:
+            await hand.send(_KEYS[action, axis], item.number, item.motor if axis else item.bank)
+        except Trouble as trouble:
+            raise Trouble(
+                f"{done} of {len(items)} values are {word}, the others are not: {trouble}"
+            ) from trouble
+    return f"{len(items)} value{'s are' if len(items) != 1 else ' is'} {word}."

@@ -1,0 +1,278 @@
+"""The page on a module at the end of a line, with an observer on a second line who reads the true state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from ide.page.driver import Ide, OpenIde, arm, figure, line, tab, until
+from tmcm34x.host import Connection
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.mnemonic import parse_instruction
+
+
+class Stage(NamedTuple):
+    page: Page
+    ide: Ide
+    ask: Callable[[str], int]
+    """Has the observer send a command; the value of its reply."""
+    observer: Connection
+
+
+@pytest.fixture
+def stage(serve: Any, open_ide: OpenIde) -> Iterator[Stage]:
+    served = serve("--pty", "--tcp", "127.0.0.1:0")
+    with Connection.open(f"tcp://{served.tcp}") as observer:
+
+        def ask(text: str) -> int:
+            return observer.execute(parse_instruction(text)).value
+
+        page, ide = open_ide("--port", served.pty)
+        expect(page.get_by_role("switch", name="ARMED")).to_be_enabled()
+        yield Stage(page, ide, ask, observer)
+
+
+def open_parameters(page: Page, words: str) -> None:
+    page.get_by_role("button", name="Parameters", exact=True).click()
+    page.get_by_role("textbox", name="Search parameters").fill(words)
+
+
+def measure(page: Page, low: str, high: str) -> None:
+    page.get_by_role("button", name="Tools", exact=True).click()
+    page.get_by_role("button", name="Load profile").click()
+    for name, value in (("From velocity", low), ("To velocity", high), ("Step", "50")):
+        page.get_by_role("textbox", name=name).fill(value)
+    page.get_by_role("button", name="Measure").click()
+
+
+def test_nothing_moves_before_the_module_is_armed(stage: Stage):
+    page, _, ask, _ = stage
+    for name in ("Jog motor 0 right", "Move motor 0 to", "Zero motor 0", "Reference search of motor 0"):
+        expect(page.get_by_role("button", name=name)).to_be_disabled()
+    expect(page.get_by_role("button", name="Run", exact=True)).to_be_disabled()
+    tab(page, "Direct mode")
+    line(page, "ROR 0, 500")
+    expect(page.locator(".notice.error")).to_contain_text("Not armed")
+    assert ask("GAP 3, 0") == 0
+    arm(page)
+    line(page, "ROR 0, 500")
+    until(page, lambda: ask("GAP 3, 0") == 500)
+    page.get_by_role("switch", name="ARMED").click()
+    expect(page.get_by_role("button", name="Jog motor 0 right")).to_be_disabled()
+
+
+def test_empty_direct_mode_proposes_nothing_that_moves(stage: Stage):
+    page, _, ask, _ = stage
+    tab(page, "Direct mode")
+    page.get_by_role("button", name="Execute").click()
+    expect(page.locator(".answer")).to_have_count(1)
+    page.get_by_role("button", name="Send again").click()
+    expect(page.locator(".answer")).to_have_count(2)
+    assert [ask(f"GAP 2, {motor}") for motor in range(3)] == [0, 0, 0]
+
+
+def test_stop_all_ends_a_load_profile_wherever_one_looks(stage: Stage):
+    page, _, ask, _ = stage
+    arm(page)
+    measure(page, "300", "2000")
+    until(page, lambda: ask("GAP 3, 0") >= 300)
+    page.get_by_role("button", name="Unit calculator").click()
+    expect(page.locator(".banner.motion").get_by_role("button", name="Abort")).to_be_visible()
+    page.keyboard.press("F10")
+    expect(page.locator(".banner.stop")).to_contain_text("all motors have confirmed")
+    assert ask("GAP 3, 0") == 0
+    assert ask("GAP 2, 0") == 0
+    expect(page.locator(".banner.motion")).to_have_count(0)
+    page.get_by_role("button", name="Load profile").click()
+    points = page.locator(".profile-chart circle").count()
+    expect(page.get_by_role("button", name="Measure")).to_be_disabled()
+    page.locator(".banner.stop").get_by_role("button", name="Release").click()
+    assert page.locator(".profile-chart circle").count() == points
+    assert ask("GAP 2, 0") == 0
+
+
+def test_a_profile_is_aborted_from_any_page(stage: Stage):
+    page, _, ask, _ = stage
+    arm(page)
+    measure(page, "1000", "2000")
+    until(page, lambda: ask("GAP 3, 0") == 1000)
+    page.get_by_role("button", name="Listing", exact=True).click()
+    page.locator(".banner.motion").get_by_role("button", name="Abort").click()
+    until(page, lambda: ask("GAP 3, 0") == 0)
+
+
+def test_a_closed_page_leaves_no_motor_turning(stage: Stage, wait_for: Any):
+    page, _, ask, _ = stage
+    arm(page)
+    measure(page, "1000", "2000")
+    until(page, lambda: ask("GAP 3, 0") == 1000)
+    page.close()
+    assert wait_for(lambda: ask("GAP 3, 0") == 0)
+
+
+def test_the_end_of_the_server_leaves_no_motor_turning(stage: Stage):
+    page, ide, ask, _ = stage
+    arm(page)
+    tab(page, "Direct mode")
+    line(page, "ROR 1, 700")
+    until(page, lambda: ask("GAP 3, 1") == 700)
+    page.keyboard.press("F9")
+    until(page, lambda: ask("GAP 3, 0") == 500)
+    ide.process.terminate()
+    ide.process.wait(10)
+    assert [ask("GAP 3, 0"), ask("GAP 3, 1"), ask("GGP 128, 0")] == [0, 0, 0]
+
+
+def test_after_a_killed_server_the_next_one_tells_of_a_motor_that_turns(stage: Stage, open_ide: OpenIde):
+    page, ide, ask, _ = stage
+    arm(page)
+    page.get_by_role("button", name="Jog motor 2 right").hover()
+    page.mouse.down()
+    until(page, lambda: ask("GAP 3, 2") == 400)
+    ide.process.kill()
+    ide.process.wait(10)
+    again, _ = open_ide("--port", page_port(page))
+    strip = again.locator(".banner", has_text="motor 2 (speed 400)")
+    strip.get_by_role("button", name="STOP ALL").click()
+    until(again, lambda: ask("GAP 3, 2") == 0)
+    expect(strip).to_have_count(0)
+
+
+def page_port(page: Page) -> str:
+    """The port that the page shows."""
+    return page.locator(".lane .place").inner_text().split(",")[0]
+
+
+def test_leaving_a_field_writes_nothing(stage: Stage):
+    page, _, ask, _ = stage
+    arm(page)
+    open_parameters(page, "target position")
+    field = page.get_by_role("textbox", name="target (next) position of motor 0")
+    expect(field).to_have_value("0")
+    field.fill("90000")
+    page.get_by_role("textbox", name="Search parameters").focus()
+    expect(field).to_have_class("number unsent")
+    expect(field).to_have_value("90000")
+    assert (ask("GAP 0, 0"), ask("GAP 3, 0")) == (0, 0)
+    field.press("Escape")
+    expect(field).to_have_value("0")
+    field.fill("700")
+    page.get_by_role("button", name="Send target (next) position of motor 0").click()
+    until(page, lambda: ask("GAP 1, 0") == 700)
+
+
+def test_arrow_keys_on_the_code_protection_write_nothing(stage: Stage):
+    page, _, ask, _ = stage
+    arm(page)
+    page.keyboard.press("F6")
+    expect(page.locator(".notice").first).to_contain_text("instructions are in the module")
+    page.get_by_role("button", name="Tools", exact=True).click()
+    page.get_by_role("button", name="Module configuration").click()
+    protection = page.get_by_role("combobox", name="TMCL code protection")
+    for key in ("ArrowDown", "ArrowUp", "ArrowDown"):
+        protection.press(key)
+    assert ask("GGP 81, 0") == 0
+    protection.press("Enter")
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("TMCL code protection becomes 1")
+    dialog.get_by_role("button", name="Cancel").click()
+    assert ask("GGP 81, 0") == 0
+    page.get_by_role("button", name="Upload and disassemble").click()
+    expect(page.locator(".code:not([hidden]) .cm-content")).to_contain_text("ROR 0, 500")
+
+
+def test_what_is_shown_is_what_is_sent_or_nothing_is(stage: Stage):
+    page, _, ask, _ = stage
+    arm(page)
+    goal = page.get_by_role("textbox", name="Destination of motor 0")
+    to = page.get_by_role("button", name="Move motor 0 to")
+    goal.fill("500")
+    goal.fill("-8388609")
+    expect(goal).to_have_class("number wrong to")
+    expect(to).to_be_disabled()
+    goal.fill("10,000")
+    expect(to).to_be_disabled()
+    goal.fill("1\u2009200")
+    to.click()
+    until(page, lambda: ask("GAP 1, 0") == 1200)
+
+
+def load(observer: Connection, *lines: str) -> None:
+    """Store a program as another host does."""
+    observer.execute(Instruction(132))
+    for text in lines:
+        observer.execute(parse_instruction(text))
+    observer.execute(Instruction(0))
+    observer.execute(Instruction(133))
+
+
+def test_run_over_a_program_of_somebody_else_asks_first(stage: Stage):
+    page, _, ask, observer = stage
+    load(observer, "SGP 5, 2, 77", "STOP")
+    arm(page)
+    page.keyboard.press("F9")
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("has not loaded the program")
+    dialog.get_by_role("button", name="Upload it first").click()
+    expect(page.locator(".code:not([hidden]) .cm-content")).to_contain_text("SGP 5, 2, 77")
+    assert observer.read_instruction(0) == parse_instruction("SGP 5, 2, 77")
+    assert ask("GAP 3, 0") == 0
+    page.get_by_role("tab", name="program.tmc").click()
+    page.keyboard.press("F9")
+    dialog.get_by_role("button", name="Replace it").click()
+    until(page, lambda: ask("GAP 3, 0") == 500)
+    page.keyboard.press("F9")
+    expect(dialog).to_have_count(0)
+
+
+def test_137_in_direct_mode_is_confirmed_first(stage: Stage):
+    page, _, ask, _ = stage
+    ask("SGP 75, 0, 7")
+    tab(page, "Direct mode")
+    page.get_by_role("combobox", name="Instruction").select_option("137")
+    page.get_by_role("textbox", name="key of restore factory settings").fill("1234")
+    page.get_by_role("button", name="Execute").click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("All stored parameters")
+    dialog.get_by_role("button", name="Cancel").click()
+    assert ask("GGP 75, 0") == 7
+
+
+def test_store_beside_a_value_stores_that_of_one_motor(stage: Stage):
+    page, _, ask, _ = stage
+    for motor in range(3):
+        ask(f"SAP 4, {motor}, {700 + motor}")
+    open_parameters(page, "maximum positioning speed")
+    expect(page.get_by_role("textbox", name="maximum positioning speed of motor 1")).to_have_value("701")
+    page.get_by_role("button", name="Store or restore maximum positioning speed").click()
+    page.get_by_role("menuitem", name="Store motor 1", exact=True).click()
+    expect(page.locator(".notice").first).to_contain_text("1 value is stored")
+    for motor in range(3):
+        ask(f"RSAP 4, {motor}")
+    assert [ask(f"GAP 4, {motor}") for motor in range(3)] == [1000, 701, 1000]
+
+
+def test_two_windows_give_orders_and_the_later_one_has_the_motor(stage: Stage, window: Callable[[str], Page]):
+    page, _, ask, _ = stage
+    arm(page)
+    measure(page, "400", "2000")
+    until(page, lambda: ask("GAP 3, 0") == 400)
+    other = window(stage.ide.url)
+    other.get_by_role("textbox", name="Destination of motor 0").fill("0")
+    other.get_by_role("button", name="Move motor 0 to").click()
+    until(other, lambda: ask("GAP 1, 0") == 0 and ask("GAP 3, 0") == 0)
+    expect(page.locator(".notice", has_text="Another command has the motor now")).to_have_count(1)
+    until(other, lambda: figure(other, 0, "position") == 0)
+
+
+def test_a_hidden_page_that_holds_a_jog_lets_it_go(stage: Stage, chromium: Browser):
+    page, _, ask, _ = stage
+    arm(page)
+    page.get_by_role("button", name="Jog motor 1 left").hover()
+    page.mouse.down()
+    until(page, lambda: ask("GAP 3, 1") == -400)
+    page.evaluate("() => { clearInterval(0); for (let n = 1; n < 1e4; n++) clearInterval(n); }")
+    until(page, lambda: ask("GAP 3, 1") == 0)
