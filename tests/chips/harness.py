@@ -120,7 +120,7 @@ class Pair:
 
     def compare(self):
         chip, oracle, motor = self.chip, self.oracle, self.motor
-        state = chip._state(motor)
+        state = chip.state(motor)
         assert (state.n, state.v, state.x, state.acc) == (oracle.n, oracle.v, oracle.x, oracle.acc), oracle
         assert (state.a, state.stopping) == (oracle.a, oracle.stopping), oracle
         if oracle.v == 0:

@@ -65,7 +65,11 @@ def chip_state(chip) -> tuple:
         if (area, index) != (3, 8)
     ]
     cells = [chip.transfer(registers.read_ram(address)) for address in range(64)]
-    return (*words, *cells, *(chip._state(motor)._replace(n=0, rest=0) for motor in range(3)))
+    return (
+        *words,
+        *cells,
+        *(chip.state(motor).save()[1:7] + chip.state(motor).save()[8:] for motor in range(3)),
+    )
 
 
 def module_state(module: Module) -> tuple:

@@ -270,8 +270,8 @@ class World:
         self._sources: dict[int, Source] = {}
         self._overrides: dict[int, Source] = {}
         for index, chip in enumerate(board.chips):
-            chip.plan_changed = partial(self._plan_changed, index)
-            chip.restarting = partial(self._restarting, index)
+            chip.on_plan.append(partial(self._plan_changed, index))
+            chip.on_restart.append(partial(self._restarting, index))
         board.on_current.append(self._current_changed)
 
     def connect(self, number: int, source: Source) -> None:

@@ -1,0 +1,174 @@
+"""The stretch in which an law brakes for its target."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from math import isqrt
+from typing import Final
+
+from tmcm34x.chips.ramp.law import FARTHEST, Law
+from tmcm34x.chips.ramp.parts import Change, Coast, Part
+from tmcm34x.chips.ramp.plan import simple_part
+from tmcm34x.chips.ramp.state import LAST, TURN, RampState
+
+Place = tuple[int, int, int]
+"""Between two ramp ticks while braking: tick, speed, and what the pulse ticks have to add up to for the target."""
+
+
+class Braking(Part):
+    """The speed follows the braking velocity of the distance, as far as A_MAX allows, down to the target.
+
+    The way there is a sequence of places between two ramp ticks, some of which are kept as checkpoints.
+    """
+
+    __slots__ = ("_checkpoints", "_end", "_found", "_lowest", "_ticks")
+
+    EVERY: Final = 32
+    """Small steps from one checkpoint to the next."""
+
+    def __init__(self, law: Law, start: RampState, direction: int) -> None:
+        super().__init__(law, start, direction)
+        self.mark = start.n + 1
+        way = (direction * law.distance(start.x) << 11) - start.acc
+        self._checkpoints: list[Place] = [(start.n, self.speed, way)]
+        self._ticks = [start.n]
+        self._lowest = law.nearest(law.v_min + 1) - 1 << 11
+        """While more of the way than this is left, V_MIN does not matter."""
+        self._end = 0
+        self._found: Coast | Change | None = None
+
+    @property
+    def end(self) -> int:
+        """The tick before the ramp tick that no longer brakes for the target."""
+        if not self._end:
+            place = self._checkpoints[0]
+            while (after := self._walk(place, LAST, -TURN << 11)) != place:
+                place = after
+                self._checkpoints.append(place)
+                self._ticks.append(place[0])
+            self._end = place[0]
+        return self._end
+
+    def reaches(self, steps: int) -> bool:
+        """Whether the part makes so many steps."""
+        return self.end > 0 and _ahead(self._checkpoints[0]) - _ahead(self._checkpoints[-1]) >= steps
+
+    def at(self, n: int) -> RampState:
+        """The state after a tick of the part."""
+        if n == self.start.n:
+            return self.start
+        piece = self._found
+        if piece is None or not piece.start.n < n <= piece.end:
+            if n > self.start.n + 1 and n > self.end:
+                raise ValueError(f"tick {n} is past the end of the part")
+            place = self._checkpoints[bisect_right(self._ticks, n - 1) - 1]
+            piece = self._piece(self._walk(place, n - 1, -TURN << 11))
+            while piece.end < n:
+                piece = self._simple(piece.at(piece.end))
+            self._found = piece
+        return piece.at(n)
+
+    def moved(self, n: int) -> int:
+        """The number of steps from the start to tick n; less than half a turn of the counter."""
+        return self.direction * (self.at(n).x - self.start.x) % TURN
+
+    def position(self, n: int) -> int:
+        """X_ACTUAL after a tick of the part."""
+        return self.at(n).x
+
+    def when(self, steps: int) -> int:
+        """The tick of a step within the part, the first being 1."""
+        left = _ahead(self._checkpoints[0]) - steps << 11
+        index = bisect_left(self._checkpoints, -left, key=lambda place: -place[2]) - 1
+        piece = self._piece(self._walk(self._checkpoints[index], self.end, left))
+        while not piece.reaches(steps - self._before(piece)):
+            piece = self._simple(piece.at(piece.end))
+        self._found = piece
+        return piece.when(steps - self._before(piece))
+
+    def final(self) -> RampState:
+        """The state after the last tick of the part, but for A_ACTUAL."""
+        return self._state(self._checkpoints[-1]) if self.end else self.start
+
+    def _state(self, place: Place) -> RampState:
+        """The state at a place on the way, but for A_ACTUAL."""
+        n, speed, way = place
+        steps = _ahead(self._checkpoints[0]) - _ahead(place)
+        return self.state(n, speed, steps, -way & 2047)
+
+    def _piece(self, place: Place) -> Coast | Change:
+        """The simple part that begins at a place on the way."""
+        return self._simple(self.start if place[0] == self.start.n else self._state(place))
+
+    def _simple(self, start: RampState) -> Coast | Change:
+        return simple_part(self.law, start, self.law.aim(start.v, start.x))
+
+    def _before(self, piece: Coast | Change) -> int:
+        """The number of steps before a simple part of the way."""
+        return self.direction * (piece.start.x - self.start.x) % TURN
+
+    def _walk(self, place: Place, until: int, left: int) -> Place:
+        """Some small steps on the way, none of them past tick `until` or to where no more than `left` of it is left."""
+        law, lowest = self.law, self._lowest
+        if law.dense and lowest < place[2] <= FARTHEST << 11:
+            interval = law.ramp_mask + 1
+            after = self._walk_intervals(
+                place, min(self.EVERY, (until - place[0]) // interval), max(left, lowest)
+            )
+            if after[2] <= left:
+                after = self._walk_intervals(place, (after[0] - place[0]) // interval - 1, lowest)
+            if after != place:
+                return after
+        return self._walk_velocities(place, until, left)
+
+    def _walk_intervals(self, place: Place, count: int, lowest: int) -> Place:
+        """So many ramp intervals, while more than `lowest` of the way is left and V_MIN does not matter."""
+        law = self.law
+        n, speed, way = place
+        a_max, rise, factor, shift = law.a_max, law.rise, law.factor, law.shift
+        interval = law.ramp_mask + 1
+        for begin in range(n, n + count * interval, interval):
+            if way <= lowest:
+                return begin, speed, way
+            v = isqrt(factor * (way - 1 >> 11) >> shift)
+            slowest = speed - a_max
+            speed = v << 8
+            if slowest > speed:
+                speed = slowest
+                v = slowest >> 8
+            way -= v << rise
+        return n + count * interval, speed, way
+
+    def _walk_velocities(self, place: Place, until: int, left: int) -> Place:
+        """Up to EVERY stretches in which the integer part of the velocity is the one aimed at."""
+        law = self.law
+        a_max, rise, ramp_div = law.a_max, law.rise, law.ramp_div
+        for _ in range(self.EVERY):
+            n, speed, way = place
+            if way <= 0:
+                break
+            aim = law.allowed(-(-way >> 11))
+            if speed - a_max >> 8 > aim:
+                piece = self._piece(place)
+                state = piece.at(piece.end)
+                ahead = self.direction * law.distance(state.x)
+                after = piece.end, abs(state.v), (ahead << 11) - state.acc
+            elif aim:
+                pulses = -(-(way - (law.nearest(aim) - 1 << 11)) // aim)
+                if rise >= 0:
+                    ramps = (pulses - 1 >> rise) + 1
+                    pulses = ramps << rise
+                else:
+                    ramps = -(n + 1 >> ramp_div) % (1 << -rise) + (pulses - 1 << -rise) + 1
+                after = n + (ramps << ramp_div), max(speed - ramps * a_max, aim << 8), way - aim * pulses
+            else:
+                break
+            if after[0] > until or after[2] <= left:
+                break
+            place = after
+        return place
+
+
+def _ahead(place: Place) -> int:
+    """The number of steps from a place to the target."""
+    return -(-place[2] >> 11)

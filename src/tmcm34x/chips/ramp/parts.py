@@ -1,0 +1,210 @@
+"""Stretches of motion with one simple law: constant velocity, and velocity that changes evenly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tmcm34x.chips.ramp.law import Law
+from tmcm34x.chips.ramp.state import LAST, RampState, signed24
+
+
+def floors(start: int, step: int, count: int) -> int:
+    """The sum of (start + i*step) >> 8 for i = 0 .. count - 1."""
+    total = (start >> 8) * count + (step >> 8) * (count * (count - 1) >> 1)
+    start &= 255
+    step &= 255
+    modulus = 256
+    while (top := step * count + start) >= modulus:
+        count, start = divmod(top, modulus)
+        modulus, step = step, modulus
+        quotient, step = divmod(step, modulus)
+        total += quotient * (count * (count - 1) >> 1)
+        quotient, start = divmod(start, modulus)
+        total += quotient * count
+    return total
+
+
+class Part:
+    """A stretch of the future in one direction, from `start` (exclusive) to `end` (inclusive)."""
+
+    __slots__ = ("_answer", "_asked", "direction", "law", "mark", "speed", "start", "stopping")
+
+    def __init__(self, law: Law, start: RampState, direction: int) -> None:
+        self.law = law
+        self.start = start
+        self.direction = direction
+        self.speed = abs(start.v)
+        self.stopping = False
+        """Whether it is a stop switch that slows the axis."""
+        self.mark = 0
+        """A tick that is noticed for its velocity, or 0."""
+        self._asked = self._answer = -1
+
+    def reached(self, steps: int) -> int:
+        """The tick of that step, or `LAST` if the part does not make it; remembers the last answer."""
+        if steps != self._asked:
+            self._asked = steps
+            self._answer = self.when(steps) if self.reaches(steps) else LAST
+        return self._answer
+
+    def reaches(self, steps: int) -> bool:
+        """Whether the part makes so many steps."""
+        raise NotImplementedError
+
+    def when(self, steps: int) -> int:
+        """The tick of a step within the part, the first being 1."""
+        raise NotImplementedError
+
+    def state(self, n: int, speed: int, steps: int, acc: int, *, a: int = 0, rest: int = 0) -> RampState:
+        """The state after tick n, so many steps from the start."""
+        start, way = self.start, self.direction * steps
+        return RampState(
+            n,
+            self.direction * speed,
+            signed24(start.x + way),
+            acc,
+            start.wave + way * self.law.wave_step,
+            a,
+            self.stopping,
+            rest,
+            self.direction < 0 if speed or start.v else start.down,
+        )
+
+
+class Coast(Part):
+    """Constant velocity `speed`; the first ramp tick may have brought it about, with acceleration `a`."""
+
+    __slots__ = ("a", "end")
+
+    def __init__(self, law: Law, start: RampState, direction: int, speed: int, end: int) -> None:
+        super().__init__(law, start, direction)
+        self.speed = speed
+        self.end = end
+        self.a = 0
+
+    def reaches(self, steps: int) -> bool:
+        """Whether the part makes so many steps."""
+        return self.speed >= 256 and (self.end == LAST or self.moved(self.end) >= steps)
+
+    def moved(self, n: int) -> int:
+        """The number of steps from the start to tick n."""
+        start = self.start
+        shift = self.law.pulse_div
+        return start.acc + (self.speed >> 8) * ((n >> shift) - (start.n >> shift)) >> 11
+
+    def position(self, n: int) -> int:
+        """X_ACTUAL after a tick of the part."""
+        start = self.start
+        return signed24(start.x + self.direction * self.moved(n)) if self.speed >= 256 else start.x
+
+    def when(self, steps: int) -> int:
+        """The tick of a step within the part, the first being 1."""
+        start = self.start
+        shift = self.law.pulse_div
+        pulses = -((start.acc - (steps << 11)) // (self.speed >> 8))
+        return (start.n >> shift) + pulses << shift
+
+    def at(self, n: int) -> RampState:
+        """The state after a tick of the part."""
+        start, law, speed = self.start, self.law, self.speed
+        shift = law.pulse_div
+        steps, acc = divmod(start.acc + (speed >> 8) * ((n >> shift) - (start.n >> shift)), 2048)
+        ramps = (n >> law.ramp_div) - (start.n >> law.ramp_div)
+        a = self.a if ramps == 1 else start.a if ramps == 0 else 0
+        return self.state(n, speed, steps, acc, a=a, rest=start.rest if start.v == 0 else start.n + 1)
+
+    def final(self) -> RampState:
+        """The state after the last tick of the part."""
+        return self.at(self.end)
+
+    def steps(self, after: int, until: int) -> Iterator[int]:
+        """The ticks of the steps within after + 1 .. until, both of the part."""
+        for step in range(self.moved(after) + 1, self.moved(until) + 1):
+            yield self.when(step)
+
+
+class Change(Part):
+    """The speed goes from `speed` by `step` per ramp tick, and stays at least zero."""
+
+    __slots__ = ("end", "step")
+
+    def __init__(self, law: Law, start: RampState, direction: int, step: int, ramps: int) -> None:
+        super().__init__(law, start, direction)
+        self.step = step
+        self.end = start.n + (ramps << law.ramp_div)
+
+    def pulsed(self, ramps: int) -> int:
+        """What the pulse ticks of so many whole ramp intervals add up to."""
+        rise, speed, step = self.law.rise, self.speed, self.step
+        if rise >= 0:
+            return floors(speed + step, step, ramps) << rise
+        first = -(self.start.n + 1 >> self.law.ramp_div) % (1 << -rise)
+        if first >= ramps:
+            return 0
+        count = (ramps - 1 - first >> -rise) + 1
+        return floors(speed + step * (first + 1), step << -rise, count)
+
+    def reaches(self, steps: int) -> bool:
+        """Whether the part makes so many steps."""
+        fastest = max(self.speed, self.speed + self.step * (self.end - self.start.n >> self.law.ramp_div))
+        pulses = (self.end >> self.law.pulse_div) - (self.start.n >> self.law.pulse_div)
+        return fastest * pulses >= steps - 1 << 19 and self._weight(self.end) >> 11 >= steps
+
+    def _weight(self, n: int) -> int:
+        law = self.law
+        ramps = (n >> law.ramp_div) - (self.start.n >> law.ramp_div)
+        if law.rise < 0:
+            return self.start.acc + self.pulsed(ramps)
+        if ramps == 0:
+            return self.start.acc
+        pulses = ((n & law.ramp_mask) >> law.pulse_div) + 1
+        return self.start.acc + self.pulsed(ramps - 1) + (self.speed + self.step * ramps >> 8) * pulses
+
+    def moved(self, n: int) -> int:
+        """The number of steps from the start to tick n."""
+        return self._weight(n) >> 11
+
+    def position(self, n: int) -> int:
+        """X_ACTUAL after a tick of the part."""
+        return signed24(self.start.x + self.direction * self.moved(n))
+
+    def when(self, steps: int) -> int:
+        """The tick of a step within the part, the first being 1."""
+        law, start = self.law, self.start
+        wanted = (steps << 11) - start.acc
+        low, high = 0, self.end - start.n >> law.ramp_div  # wanted is reached in interval low + 1 .. high
+        while high - low > 1:
+            middle = low + high >> 1
+            if self.pulsed(middle) >= wanted:
+                high = middle
+            else:
+                low = middle
+        boundary = start.n + 1 + (low << law.ramp_div)
+        if law.rise < 0:
+            return boundary
+        pulses = -((self.pulsed(low) - wanted) // (self.speed + self.step * high >> 8))
+        return boundary + (pulses - 1 << law.pulse_div)
+
+    def at(self, n: int) -> RampState:
+        """The state after a tick of the part."""
+        law, start = self.law, self.start
+        ramps = (n >> law.ramp_div) - (start.n >> law.ramp_div)
+        if ramps == 0:
+            return start
+        steps, acc = divmod(self._weight(n), 2048)
+        speed = self.speed + self.step * ramps
+        return self.state(n, speed, steps, acc, a=self.direction * self.step, rest=n & ~law.ramp_mask)
+
+    def final(self) -> RampState:
+        """The state after the last tick of the part."""
+        return self.at(self.end)
+
+    def steps(self, after: int, until: int) -> Iterator[int]:
+        """The ticks of the steps within after + 1 .. until, both of the part."""
+        law = self.law
+        while after < until:
+            rest = min(until, after + 1 | law.ramp_mask)
+            state = self.at(after + 1)
+            begin = self.at(after).with_velocity(state.v)
+            yield from Coast(law, begin, self.direction, abs(state.v), rest).steps(after, rest)
+            after = rest

@@ -1,0 +1,230 @@
+"""The 32-bit datagram: status byte, registers of the motors, common registers, RAM.
+
+Source: TMC429 datasheet 6, 7 and 8.
+"""
+
+from __future__ import annotations
+
+from tmcm34x.chips import registers
+from tmcm34x.chips.ramp import SOFT, RampAxis, RampState, v_actual
+from tmcm34x.chips.registers import BY_INDEX, COMMON, DATA, MOTOR, Register, sign_extended
+from tmcm34x.chips.tmc429 import chain, interrupts, switches
+from tmcm34x.chips.tmc429.core import FIELD, INDEX, INTERRUPTS, POS_COMP_INT, REF_CONF_RAMP_MODE, Core
+from tmcm34x.clock import NEVER
+
+
+def transfer(core: Core, datagram: int) -> int:
+    """One SPI transfer at `now`: executes 32 bits, answers the status byte and 24 bits read.
+
+    The status is the one before a write takes effect.
+
+    Source: datasheet 6.2.
+    """
+    _wake(core)
+    reply = _status(core) << 24
+    address = datagram >> 25 & 63
+    data = datagram & DATA
+    if datagram & registers.RAM:
+        if datagram & registers.READ:
+            return reply | core.ram[2 * address + 1] << 8 | core.ram[2 * address]
+        core.ram[2 * address : 2 * address + 2] = bytes((data & 63, data >> 8 & 63))
+        chain.resolve(core)
+        return reply
+    area, index = divmod(address, 16)
+    row = BY_INDEX.get((COMMON if area == COMMON else MOTOR, index))
+    if row is None or core.part not in row.parts:
+        return reply
+    if datagram & registers.READ:
+        data = _read_common(core, index) if area == COMMON else _read_motor(core, area, index)
+        return reply | data
+    if area == COMMON:
+        _write_common(core, row, data)
+    else:
+        _write_motor(core, area, row, data)
+    return reply
+
+
+def read_status(core: Core) -> int:
+    """A transfer of one byte only: the status byte."""
+    _wake(core)
+    return _status(core)
+
+
+def _status(core: Core) -> int:
+    status = _targets(core) | core.switches & 0b101010
+    for words in core.words:
+        if words[INTERRUPTS] & 255:
+            status |= registers.INT
+    if core.common[POS_COMP_INT] & 1:
+        status |= registers.INT
+    return status | registers.CDGW if core.cover or core.armed or core.sent else status
+
+
+def _targets(core: Core) -> int:
+    """The status bits of the axes whose X_ACTUAL equals X_TARGET.
+
+    To reach the target is an event, to leave it is none: the bits hold until the next one if no axis is there,
+    or if nothing at all is going on.
+    """
+    if core.due >= 0 and core.equal >= 0:
+        return core.equal
+    tick = core.tick()
+    bits = 0
+    for motor, axis in enumerate(core.axes):
+        if axis.position(tick) == axis.x_target:
+            bits |= registers.at_target(motor)
+    if core.due == NEVER or (core.due >= 0 and not bits):
+        core.equal = bits
+    return bits
+
+
+def _wake(core: Core) -> None:
+    """The falling edge of nSCS_C ends the power-down mode."""
+    if core.asleep == NEVER:
+        return
+    slept = core.now - core.asleep
+    core.asleep = NEVER
+    core.origin += slept
+    if core.flight != NEVER:
+        core.flight += slept
+    core.due = -1
+    switches.set_reference_inputs(core, core.levels)
+
+
+# Registers of a motor
+
+
+def _read_motor(core: Core, motor: int, index: int) -> int:
+    axis, word = core.axes[motor], core.words[motor][index]
+    name = BY_INDEX[MOTOR, index].name
+    if name == "X_ACTUAL":
+        return axis.position(core.tick()) & DATA
+    state = axis.at(core.tick())
+    match name:
+        case "V_TARGET":
+            return axis.v_target_read(state) & 0xFFF
+        case "V_ACTUAL":
+            return v_actual(state) & 0xFFF
+        case "A_ACTUAL":
+            return state.a & 0xFFF
+        case "USTEP_COUNT":
+            return state.wave & 255
+        case _:
+            return word
+
+
+def _write_motor(core: Core, motor: int, row: Register, data: int) -> None:
+    words, axis = core.words[motor], core.axes[motor]
+    match row.name:
+        case "INTERRUPTS":
+            mask = data & 0xFF00
+            words[INTERRUPTS] = mask | words[INTERRUPTS] & ~data & mask >> 8
+            core.replan(motor)
+            return
+        case "X_LATCHED":
+            words[REF_CONF_RAMP_MODE] |= FIELD["LP"].mask
+            return
+        case "A_ACTUAL" | "USTEP_COUNT":
+            return
+        case "V_TARGET" if axis.mode <= SOFT:
+            return
+        case "X_ACTUAL" | "V_ACTUAL":
+            pass
+        case _:
+            data = data & row.writable | words[row.index] & ~row.writable | row.ones
+            if data == words[row.index]:
+                return
+    state = axis.at(core.tick())
+    before = interrupts.conditions(core, motor, state)
+    words[row.index] = data
+    core.cut(motor, _take(core, motor, row.name, data, state))
+    interrupts.raise_flags(core, motor, before)
+    core.replan(motor)
+
+
+def _take(core: Core, motor: int, name: str, data: int, state: RampState) -> RampState:
+    """Let an axis take what was written into a register; returns the state that it goes on from."""
+    axis = core.axes[motor]
+    match name:
+        case "X_ACTUAL":
+            return state.with_position(sign_extended(data, 24))
+        case "V_ACTUAL":
+            return state.with_velocity(sign_extended(data, 12) << 8)
+        case "REF_CONF_RAMP_MODE":
+            mode = FIELD["RAMP_MODE"].get(data)
+            if mode > SOFT:
+                axis.v_target = axis.v_target_read(state)
+                core.words[motor][INDEX["V_TARGET"]] = axis.v_target & 0xFFF
+            axis.mode = mode
+            axis.soft_stop = bool(FIELD["SOFT_STOP"].get(data))
+            switches.resolve_stops(core, motor)
+        case "I_SCALES_A_THRESHOLD":
+            core.derive()
+        case _:
+            _take_number(axis, name, data)
+    return state
+
+
+# Common registers
+
+
+def _read_common(core: Core, index: int) -> int:
+    word = core.common[index]
+    match BY_INDEX[COMMON, index].name:
+        case "SWITCHES":
+            return core.switches
+        case "COVER_POSITION_LEN":
+            field = FIELD["COVER_POSITION"]
+            waiting = core.cover or core.sent & chain.COVER != 0
+            return FIELD["CW"].put(field.put(word, field.get(word) + 1), waiting)
+        case _:
+            return word
+
+
+def _write_common(core: Core, row: Register, data: int) -> None:
+    name, index = row.name, row.index
+    compared = interrupts.compared(core)
+    match name:
+        case "DATAGRAM_LOW_WORD" | "DATAGRAM_HIGH_WORD":
+            core.armed = True
+        case "POS_COMP_INT":
+            mask = data & FIELD["MASK_POS_COMP"].mask
+            core.common[index] = mask | core.common[index] & ~data & mask >> 8
+        case "POWER_DOWN":
+            core.asleep = core.now
+        case _:
+            core.common[index] = data & row.writable | core.common[index] & ~row.writable
+    match name:
+        case "COVER_DATAGRAM":
+            core.cover = True
+            chain.send(core)
+        case "IF_CONFIGURATION" | "SMGP":
+            switches.set_reference_inputs(core, core.levels)
+            chain.resolve(core)
+        case _:
+            pass
+    core.replan_all()
+    if name in {"POS_COMP", "IF_CONFIGURATION"} and interrupts.compared(core) and not compared:
+        core.common[POS_COMP_INT] |= 1
+
+
+def _take_number(axis: RampAxis, name: str, data: int) -> None:
+    """Let an axis take a register of numbers."""
+    match name:
+        case "X_TARGET":
+            axis.x_target = FIELD["X_TARGET"].get(data)
+        case "V_MIN":
+            axis.v_min = data
+        case "V_MAX":
+            axis.v_max = data
+        case "V_TARGET":
+            axis.v_target = FIELD["V_TARGET"].get(data)
+        case "A_MAX":
+            axis.a_max = data
+        case "PMUL_PDIV":
+            axis.pmul, axis.pdiv = FIELD["PMUL"].get(data), FIELD["PDIV"].get(data)
+        case "DIVISORS":
+            axis.ramp_div, axis.pulse_div = FIELD["RAMP_DIV"].get(data), FIELD["PULSE_DIV"].get(data)
+            axis.usrs = FIELD["USRS"].get(data)
+        case _:
+            axis.dx_ref_tolerance = data

@@ -1,0 +1,235 @@
+"""The chip: time, datagrams, registers, and what can be seen of it from outside.
+
+Source: TMC429 datasheet 6 and 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from tmcm34x.chips.ramp import TURN, v_actual
+from tmcm34x.chips.tmc429 import bus, chain, interrupts, switches
+from tmcm34x.chips.tmc429.chain import Coils
+from tmcm34x.chips.tmc429.core import (
+    INDEX,
+    INTERRUPTS,
+    MOTORS,
+    Core,
+    Part,
+)
+from tmcm34x.clock import HZ, NEVER, digest
+
+
+class Motion(NamedTuple):
+    """How an axis moves from now on, until its plan changes or the chip has an event."""
+
+    position: int
+    """X_ACTUAL, signed."""
+    phase: int
+    """Microstep phase in 64ths of a full step, counted on past the wave's 256; 0 at power-on."""
+    step: int
+    """64ths of a full step in a microstep."""
+    rate_hz: float
+    """Microsteps per second, signed."""
+    acceleration_hz_s: float
+    """Change of the rate, per second; while braking, about that."""
+    ramp_div: int
+    """A ramp tick takes 32 * 2^ramp_div clocks."""
+
+
+class Tmc429(Core):
+    """A TMC429, or a TMC428 (`part`): registers, three axes, driver chain.
+
+    The RAM of a TMC428 holds noise from `seed` after power-on (fidelity CHIP-15).
+
+    `driver_status` returns 48 bits shifted in from the drivers, asked at the end of each driver datagram that
+    something waits for; while it is asked `driver_datagram` is the one just sent.
+    """
+
+    def __init__(self, part: Part = "TMC429", *, seed: int = 0) -> None:
+        super().__init__(part, seed)
+
+    def reset(self) -> None:
+        """Power-on at `now`: everything but the input lines is forgotten."""
+        for listener in self.on_restart:
+            listener()
+        self.clear()
+        switches.resolve_inputs(self)
+
+    def digest(self) -> str:
+        """A fingerprint of the state."""
+        return digest(self.save())
+
+    # ---- time
+
+    def next_event(self) -> int:
+        """The clock of the next change that something could wait for; NEVER at rest.
+
+        That is: X_ACTUAL reaches X_TARGET, leaves its watched range, or something with its interrupt enabled
+        happens; the velocity reaches zero or the one aimed at, or begins to brake; a driver datagram ends.
+        """
+        due = self.due
+        if due < 0:
+            due = self.due = self._plan()
+        return due
+
+    def advance(self, now: int) -> None:
+        """Bring the chip to clock `now`."""
+        if self.now <= now < self.due:
+            self.now = now
+            return
+        if now < self.now:
+            raise ValueError(f"the chip is at clock {self.now} and cannot go back to {now}")
+        while (due := self.next_event()) <= now:
+            self.now = due
+            self._happen()
+        self.now = now
+
+    def watch(self, motor: int, low: int, high: int) -> None:
+        """Make the step that takes X_ACTUAL out of low..high an event, until watched anew.
+
+        The range from -2^23 to 2^23 - 1 watches nothing.
+        """
+        self.watched[motor] = (low, high) if high - low < TURN - 1 else None
+        self.replan(motor)
+
+    def _plan(self) -> int:
+        """The clock of the next event."""
+        self.equal = -1
+        if self.asleep != NEVER:
+            return NEVER
+        tick = self.tick()
+        marks = self.marks
+        for motor in MOTORS:
+            if marks[motor] <= tick:
+                marks[motor] = self.axes[motor].next_mark(tick, *self._noticed(motor))
+        first = min(marks)
+        if chain.wanted(self):
+            first = min(first, chain.requested(self, tick))
+        if self.scaled:
+            first = min(first, *chain.standstills(self, tick))
+        return min(self.flight, self.origin + (first << 5) if first < NEVER else NEVER)
+
+    def _noticed(self, motor: int) -> tuple[list[int], list[int]]:
+        """The positions that something waits for, on the way up and on the way down; none at all: every step."""
+        if chain.wanted(self):
+            return [], []
+        axis, watched = self.axes[motor], self.watched[motor]
+        up, down = [axis.x_target], [axis.x_target]
+        if watched is not None:
+            up.append(watched[1] + 1)
+            down.append(watched[0] - 1)
+        if interrupts.listens(self, motor):
+            mask = self.words[motor][INTERRUPTS] >> 8
+            if mask & interrupts.REF_WRONG:
+                up.append(axis.dx_ref_tolerance + 1)
+                down.append(-axis.dx_ref_tolerance - 1)
+            both = [0] if mask & interrupts.REF_MISS else []
+            if interrupts.compared_motor(self) == motor:
+                both.append(self.common[INDEX["POS_COMP"]])
+            up += both
+            down += both
+        return up, down
+
+    def _happen(self) -> None:
+        """What is due at `now` happens."""
+        tick = self.tick()
+        for motor in MOTORS:
+            if self.marks[motor] == tick:
+                self._mark(motor, tick)
+        if self.flight == self.now:
+            chain.arrived(self)
+        elif chain.wanted(self) and chain.requested(self, tick - 1) == tick:
+            chain.send(self)
+        self.due = -1
+
+    def _mark(self, motor: int, tick: int) -> None:
+        """An axis has come to a tick at which something waits for it."""
+        axis = self.axes[motor]
+        if interrupts.listens(self, motor):
+            interrupts.raise_flags(self, motor, interrupts.conditions(self, motor, axis.at(tick - 1)))
+        if chain.wanted(self) and axis.at(tick - 1).x != axis.at(tick).x:
+            chain.send(self)
+        axis.forget(tick)
+        self.plan_changed(motor)
+
+    # ---- the datagram
+
+    def transfer(self, datagram: int) -> int:
+        """One SPI transfer at `now`: executes 32 bits, answers the status byte and 24 bits read.
+
+        The status is the one before a write takes effect.
+
+        Source: datasheet 6.2.
+        """
+        return bus.transfer(self, datagram)
+
+    def read_status(self) -> int:
+        """A transfer of one byte only: the status byte."""
+        return bus.read_status(self)
+
+    # ---- the pins
+
+    def set_reference_inputs(self, levels: int) -> None:
+        """Set the input lines; see the package for their order.
+
+        Behind a multiplexer (REFMUX) they are read when the next driver datagram has been sent.
+
+        Source: datasheet 8.2.4.5 and 9.
+        """
+        switches.set_reference_inputs(self, levels)
+
+    def driver_datagram(self) -> tuple[int, int]:
+        """The bits a driver datagram would hold now, the first one most significant, and their number."""
+        return chain.driver_datagram(self)
+
+    def coil_currents(self, motor: int) -> Coils:
+        """What the chip wants of the driver of a motor, before the polarities of SMGP."""
+        return chain.coil_currents(self, motor)
+
+    # ---- what can be seen from outside, without side effects
+
+    def position(self, motor: int) -> int:
+        """X_ACTUAL in microsteps, -2^23 .. 2^23 - 1."""
+        return self.axes[motor].position(self.tick())
+
+    def velocity(self, motor: int) -> int:
+        """V_ACTUAL, signed."""
+        return v_actual(self.state(motor))
+
+    def acceleration(self, motor: int) -> int:
+        """A_ACTUAL: A_MAX with the sign of the last ramp tick's change of velocity, or 0."""
+        return self.state(motor).a
+
+    def phase(self, motor: int) -> int:
+        """Index into the sine wave, 0..255."""
+        return self.state(motor).wave & 255
+
+    def motion(self, motor: int) -> Motion:
+        """How a motor moves from now on.
+
+        Source: datasheet 8.1.13, rate = f * v / (2^PULSE_DIV * 2048 * 32).
+        """
+        axis, tick = self.axes[motor], self.tick()
+        state = axis.at(tick)
+        unit_hz = HZ / (1 << axis.pulse_div + 24)
+        law = axis.law(tick)
+        return Motion(
+            state.x,
+            state.wave,
+            axis.wave_step,
+            state.v * unit_hz,
+            law * unit_hz * (HZ / (32 << axis.ramp_div)),
+            axis.ramp_div,
+        )
+
+    def steps(self, motor: int, start: int, end: int) -> Iterator[tuple[int, int]]:
+        """Clock and direction (1 or -1) of each microstep after clock `start` (>= now) up to `end`.
+
+        As the registers and inputs are now; to be consumed before they change.
+        """
+        origin, axis = self.origin, self.axes[motor]
+        if self.asleep == NEVER:
+            for tick, direction in axis.steps(start - origin >> 5, end - origin >> 5):
+                yield origin + (tick << 5), direction
