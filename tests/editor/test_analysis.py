@@ -253,7 +253,7 @@ def apply(text, edits):
 def test_fixes_come_as_actions_and_rules_can_be_ignored():
     text = "MPV ABS, 0, 1\nROR 5, 9999 // fast\nSTOP"
     program = analysis(text)
-    assert [a.title for a in actions.actions(program, "x.tmc", 0, 0)] == ["Change to MVP"]
+    assert [a.title for a in actions.actions(program, "x.tmc", 0, 0)] == ["Change to MVP ABS, 0, 1"]
     titles = [a.title for a in actions.actions(program, "x.tmc", 1, 1)]
     assert titles == ["Ignore W303 on this line", "Change 9999 to 2047", "Ignore W307 on this line"]
     for action in actions.actions(program, "x.tmc", 0, 2):

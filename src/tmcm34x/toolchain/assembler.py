@@ -10,7 +10,6 @@ eight bytes of an instruction can hold assembles; what the module will not like 
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -19,10 +18,24 @@ from typing import Final, Literal, NamedTuple
 from tmcm34x.tmcl.commands import BY_MNEMONIC, FOREIGN_COMMANDS, PROGRAM_SIZE
 from tmcm34x.tmcl.commands import Command as Row
 from tmcm34x.tmcl.datagram import Instruction
-from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Fix, Location, did_you_mean, has_errors, shown
+from tmcm34x.toolchain.diagnostics import (
+    Diagnostic,
+    Edit,
+    Fix,
+    Location,
+    article,
+    did_you_mean,
+    has_errors,
+    one_of,
+    shown,
+)
 from tmcm34x.toolchain.expressions import FUNCTIONS, ExpressionError, Operand, evaluate, names_in
-from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Line, parse_line
-from tmcm34x.toolchain.tokens import Token, make, number_value, split_lines
+from tmcm34x.toolchain.mending import words as meanings
+from tmcm34x.toolchain.mending.files import Mistake, mend
+from tmcm34x.toolchain.mending.lines import changed, repair
+from tmcm34x.toolchain.mending.spelling import limit, nearest
+from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Line, Problem, parse_line
+from tmcm34x.toolchain.tokens import BLANKS, Token, make, number_value, split_lines
 
 IncludeReader = Callable[[str, str], tuple[str, str]]
 """Called with a file as an `#include` names it and with the name of the including file; returns the full
@@ -32,7 +45,6 @@ INCLUDE_DEPTH: Final = 32
 _SUGGESTIONS: Final = 50
 """Misspelt names of one text that get a suggestion: looking for one takes a while."""
 
-_LONGEST: Final = 64
 _FIELDS: Final = {"type": 1, "motor": 2, "value": 3}
 """Places of the fields in an `Instruction`."""
 _VALUE: Final = _FIELDS["value"]
@@ -207,12 +219,14 @@ class _Assembler:
     def walk(self, file_name: str, text: str) -> None:
         self.sources[file_name] = texts = split_lines(text)
         self.lines[file_name] = lines = list(map(self.parse, texts))
+        self.file = file_name
+        for mistake in mend(texts, lines):
+            self.mistake(mistake)
         pending = self.pending
         self.open_files.append(file_name)
-        self.file = file_name
         for number, line in enumerate(lines, 1):
             self.number = number
-            for problem in line.problems:
+            for problem in _first_kind(line.problems):
                 self.report(*problem)
             for label in line.labels:
                 self.define(label, "label", len(self.pending), line)
@@ -257,9 +271,9 @@ class _Assembler:
     def earlier_constant(self, name: Token) -> float:
         symbol = self.symbols.get(name.text.upper())
         if symbol is None:
-            nearest = self.nearest(name.text, self.symbols)
-            text = f"{shown(name.text)} is not defined above this line{did_you_mean(nearest)}"
-            raise ExpressionError("E303", name.start, name.end, text, nearest)
+            near = self.near(name.text, self.symbols)
+            text = f"{shown(name.text)} is not defined above this line{did_you_mean(near)}"
+            raise ExpressionError("E303", name.start, name.end, text, only(near))
         return self.constant_value(name, symbol)
 
     def define(self, name: Token, kind: Literal["label", "constant"], value: float, line: Line) -> None:
@@ -290,11 +304,15 @@ class _Assembler:
             self.unknown_command(statement)
             self.note_names(statement)
             return Code(None, None, file, number, line)
-        return make(Code, (shape.row, self.command(statement, shape), file, number, line))
+        return make(
+            Code, (shape.row, self.command(statement, shape, whole=not line.problems), file, number, line)
+        )
 
-    def command(self, statement: Command, shape: _Shape) -> Instruction | None:
+    def command(self, statement: Command, shape: _Shape, *, whole: bool) -> Instruction | None:
         operands, places = statement.operands, shape.places
-        if not shape.required <= len(operands) <= len(places) and not self.right_count(statement, shape):
+        if not shape.required <= len(operands) <= len(places) and not self.right_count(
+            statement, shape, whole
+        ):
             self.note_names(statement)
             return None
         fields: list[int | None] = [shape.row.number, 0, 0, 0]
@@ -313,14 +331,12 @@ class _Assembler:
                 if symbol is not None:
                     symbol.references.append(self.location(name.start, name.end))
 
-    def right_count(self, statement: Command, shape: _Shape) -> bool:
-        """Whether another number of operands than the row's is still right; reports when not."""
+    def right_count(self, statement: Command, shape: _Shape, whole: bool) -> bool:
+        """Whether another number of operands than the row's is still right; reports when not.
+
+        whole: nothing was said of the line yet
+        """
         row, operands, first = shape.row, statement.operands, statement.start
-        if len(operands) > len(shape.places):
-            extra = operands[len(shape.places)]
-            start = extra.start if extra is not None else first
-            self.report("E204", start, statement.end, f"too many operands for {row.mnemonic}: {row.syntax}")
-            return False
         if (
             row is _CALC
             and len(operands) == 1
@@ -328,10 +344,15 @@ class _Assembler:
             and operands[0].text.upper() == "NOT"
         ):
             return True
-        if operands and operands[-1] is None:
+        if not whole or self.repaired():
             return False
-        missing = row.operands[len(operands)].name
-        self.report("E203", first, statement.end, f"{row.mnemonic} needs a {missing}: {row.syntax}")
+        if len(operands) > len(shape.places):
+            extra = operands[len(shape.places)]
+            start = extra.start if extra is not None else first
+            self.report("E204", start, statement.end, f"too many operands for {row.mnemonic}: {row.syntax}")
+            return False
+        missing = article(row.operands[len(operands)].name)
+        self.report("E203", first, statement.end, f"{row.mnemonic} needs {missing}: {row.syntax}")
         return False
 
     def word(self, operand: Operand | None, words: Mapping[str, int], row: Row) -> int | None:
@@ -340,9 +361,10 @@ class _Assembler:
         text = operand.text if isinstance(operand, Token) else ""
         value = words.get(text.upper())
         if value is None:
-            nearest = self.nearest(text, words)
-            text = f"{row.mnemonic} takes one of {', '.join(words)} here{did_you_mean(nearest)}"
-            self.report("E205", operand.start, operand.end, text, nearest)
+            meant = meanings.WORDS.get(row.mnemonic, {}).get(text.upper())
+            near = (meant,) if meant is not None else self.near(text, words, most=max(1, limit(text)))
+            text = f"{row.mnemonic} takes {one_of(words)} here{did_you_mean(near)}"
+            self.report("E205", operand.start, operand.end, text, only(near))
         return value
 
     def integer(self, operand: Operand | None, target: int, address: bool) -> int | None:
@@ -353,6 +375,8 @@ class _Assembler:
                 value = number_value(operand.text)
             elif address and isinstance(operand, Token):
                 value = self.jump_target(operand)
+            elif address and self.repaired():
+                return None
             else:
                 value = evaluate(operand, self.named_value)
         except ExpressionError as error:
@@ -407,42 +431,91 @@ class _Assembler:
             text = f"{name} (command {number}) belongs to other TMCL firmware; a TMCM-34x does not have it"
             self.report("E202", start, end, text)
             return
-        nearest = self.nearest(name, BY_MNEMONIC)
-        hint = did_you_mean(nearest)
-        if not nearest and not statement.operands:
-            hint = "; a label ends with ':'"
-        self.report("E201", start, end, f"no command {shown(statement.mnemonic)}{hint}", nearest)
+        hint = "" if statement.operands else "; a label ends with ':'"
+        self.report("E201", start, end, f"no command {shown(statement.mnemonic)}{hint}")
 
     def unknown_name(self, name: Token, wanted: str) -> ExpressionError:
         key = name.text.upper()
         if key in FUNCTIONS:
             text = f"the function {key} needs its operand in parentheses"
             return ExpressionError("E301", name.start, name.end, text)
-        nearest = self.nearest(key, (n for n, symbol in self.symbols.items() if symbol.kind == wanted))
-        text = f"no {wanted} {shown(name.text)}{did_you_mean(nearest)}"
-        return ExpressionError("E301", name.start, name.end, text, nearest)
+        near = self.near(key, (n for n, symbol in self.symbols.items() if symbol.kind == wanted))
+        if not near and set(key) <= set("OIL0123456789"):
+            near = (key.translate(_DIGITS),)
+        comment = None if near else self.comment_before(name)
+        if comment is not None:
+            return comment
+        text = f"no {wanted} {shown(name.text)}{did_you_mean(near)}"
+        return ExpressionError("E301", name.start, name.end, text, only(near))
 
-    def nearest(self, name: str, candidates: Iterable[str]) -> str:
-        """The candidate that `name` may be a misspelling of, as it is defined; empty where there is none."""
-        if self.suggestions <= 0 or not 0 < len(name) <= _LONGEST:
-            return ""
+    def comment_before(self, name: Token) -> ExpressionError | None:
+        """A name behind `--` or `/` may begin a comment of another language."""
+        before = self.sources[self.file][self.number - 1][: name.start].rstrip(BLANKS)
+        for marker in ("--", "/"):
+            start = len(before) - len(marker)
+            if before.endswith((f" {marker}", f"\t{marker}")):
+                text = f"no constant {shown(name.text)}; a comment begins with //, not with {marker!r}"
+                return ExpressionError("E301", start, len(before), text, "//")
+        return None
+
+    def near(self, name: str, candidates: Iterable[str], most: int | None = None) -> tuple[str, ...]:
+        """The candidates that `name` may be a misspelling of, as they are defined."""
+        if self.suggestions <= 0:
+            return ()
         self.suggestions -= 1
-        close = difflib.get_close_matches(name.upper(), list(candidates), n=1, cutoff=0.6)
-        if not close:
-            return ""
-        symbol = self.symbols.get(close[0])
-        return symbol.name if symbol else close[0]
+        found = nearest(name.upper(), candidates, most)
+        return tuple(symbol.name if (symbol := self.symbols.get(one)) else one for one in found)
 
-    def report(self, code: str, start: int, end: int, text: str, replacement: str = "") -> None:
+    def report(self, code: str, start: int, end: int, text: str, replacement: str | None = None) -> None:
         location = self.location(start, end)
-        fixes = (
-            (Fix(f"Change to {shown(replacement)}", (Edit(location, replacement),)),) if replacement else ()
-        )
+        fixes: tuple[Fix, ...] = ()
+        if replacement is not None:
+            title = f"Change to {shown(replacement)}" if replacement else "Delete this"
+            fixes = (Fix(title, (Edit(location, replacement),)),)
         self.diagnostics.append(Diagnostic(location, "error", code, text, fixes))
+
+    def mistake(self, found: Mistake) -> None:
+        """Reports what mending found, with the changes that mend it."""
+        edits = tuple(
+            Edit(Location(self.file, number, start + 1, end + 1), new)
+            for number, (start, end, new) in found.changes
+        )
+        fixes: tuple[Fix, ...] = ()
+        if edits:
+            text = self.sources[self.file][found.number - 1]
+            here = tuple(change for number, change in found.changes if number == found.number)
+            right = changed(text, here).partition("//")[0].strip(BLANKS) or "a comment"
+            fixes = (Fix(f"Change to {shown(right)}", edits),)
+        place = Location(self.file, found.number, found.start + 1, found.end + 1)
+        self.diagnostics.append(Diagnostic(place, "error", found.code, found.text, fixes))
+
+    def repaired(self) -> bool:
+        """Reports what the present line was meant to be, where that can be told."""
+        if self.suggestions <= 0:
+            return False
+        self.suggestions -= 1
+        found = repair(self.sources[self.file][self.number - 1])
+        if found is not None:
+            changes = tuple((self.number, change) for change in found.changes)
+            self.mistake(Mistake(self.number, found.code, found.start, found.end, found.text, changes))
+        return found is not None
 
     def location(self, start: int, end: int) -> Location:
         return Location(self.file, self.number, start + 1, end + 1)
 
 
+def only(near: tuple[str, ...]) -> str | None:
+    """The one name that is meant; None where there are none or several."""
+    return near[0] if len(near) == 1 else None
+
+
+def _first_kind(problems: tuple[Problem, ...]) -> Iterable[Problem]:
+    """The mistakes in the characters and words of a line; where there are none, all others."""
+    if len(problems) < 2:
+        return problems
+    return [problem for problem in problems if problem.code in ("E101", "E102")] or problems
+
+
+_DIGITS: Final = str.maketrans("OIL", "011")
 _CALC: Final = BY_MNEMONIC["CALC"]
 _STOP: Final = BY_MNEMONIC["STOP"]

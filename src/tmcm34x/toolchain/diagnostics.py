@@ -37,6 +37,7 @@ ERRORS: Final = MappingProxyType({
 _WINDOW: Final = 100
 """Characters of a source line that are shown beside a diagnostic."""
 _SHOWN_NAME: Final = 40
+_MOST_NAMES: Final = 14
 
 
 class Location(NamedTuple):
@@ -86,9 +87,20 @@ def printable(text: str) -> str:
     )
 
 
-def did_you_mean(nearest: str) -> str:
-    """The end of a message about a name that may be a misspelling of another."""
-    return f"; did you mean {nearest}?" if nearest else ""
+def one_of(names: Iterable[str]) -> str:
+    """Names as alternatives: `A, B or C`; the first of them."""
+    *most, last = [*names][:_MOST_NAMES] or [""]
+    return f"{', '.join(most)} or {last}" if most else last
+
+
+def article(name: str) -> str:
+    """`name` with its indefinite article."""
+    return f"an {name}" if name[:1] in "aeiou" else f"a {name}"
+
+
+def did_you_mean(near: Sequence[str]) -> str:
+    """The end of a message about a name that may be a misspelling of others."""
+    return f"; did you mean {one_of(near)}?" if near else ""
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:

@@ -16,14 +16,15 @@ Source: facts of the TMCL-IDE's assembler; see docs/language.md.
 
 from __future__ import annotations
 
-import difflib
 import math
 import operator
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from tmcm34x.toolchain.diagnostics import did_you_mean, shown
+from tmcm34x.toolchain.mending.spelling import nearest
 from tmcm34x.toolchain.tokens import Token, number_value
 
 
@@ -111,7 +112,7 @@ class ExpressionError(Exception):
     replacement: what would be right there, where that is known
     """
 
-    def __init__(self, code: str, start: int, end: int, text: str, replacement: str = "") -> None:
+    def __init__(self, code: str, start: int, end: int, text: str, replacement: str | None = None) -> None:
         super().__init__(text)
         self.problem = (code, start, end, text, replacement)
 
@@ -197,10 +198,9 @@ class _Compiler:
 
 
 def _unknown_function(token: Token) -> ExpressionError:
-    close = difflib.get_close_matches(token.text[:16].upper(), FUNCTIONS, n=1)
-    nearest = close[0] if close else ""
-    text = f"no function {shown(token.text)}{did_you_mean(nearest)}"
-    return ExpressionError("E301", token.start, token.end, text, nearest)
+    near = nearest(token.text.upper(), FUNCTIONS)
+    text = f"no function {shown(token.text)}{did_you_mean(near)}"
+    return ExpressionError("E301", token.start, token.end, text, near[0] if len(near) == 1 else None)
 
 
 def evaluate(operand: Operand, value_of: Callable[[Token], float]) -> float:
@@ -241,23 +241,41 @@ def _apply(token: Token, call: Callable[..., float], operands: list[float]) -> f
     return result
 
 
+_LOOKALIKES: Final = str.maketrans("OolI", "0011")
+_NOTATIONS: Final = tuple(
+    (re.compile(pattern, re.IGNORECASE), right, hint)
+    for pattern, right, hint in (
+        (r"0x([0-9a-f]+)", r"$\1", "hexadecimal numbers are written {}"),
+        (r"0b([01]+)", r"%\1", "binary numbers are written {}"),
+        (r"0*([0-9a-f]+)h", r"$\1", "hexadecimal numbers are written {}"),
+        (r"([01]{3,})b", r"%\1", "binary numbers are written {}"),
+        (r"(\d+)0ms", r"\1", "a number has no unit, and WAIT counts in 10 ms: {}"),
+        (r"(\d+)s", r"\g<1>00", "a number has no unit, and WAIT counts in 10 ms: {}"),
+        (r"(\d+(?:\.\d+)?)(?:ms|s|us|mm|rpm|rps|hz|khz|ma|a|v|deg|ticks?)", "", "a number has no unit"),
+        (r"([0-9OolI.]+)", r"\1", "with digits for its letters it is {}"),
+        (r"(\d+)[_'](\d+)", r"\1\2", "digits stand together: {}"),
+    )
+)
+"""Numbers of other languages: what they look like, what TMCL writes, and what to say."""
+
+
 def lexical_error(token: Token) -> ExpressionError:
     """Why a `malformed` or `stray` token cannot stand in a source text."""
-    text, replacement = token.text, ""
-    if token.kind == "malformed":
-        hint = ""
-        for prefix, ours, name in (("0x", "$", "hexadecimal"), ("0b", "%", "binary")):
-            if text[:2].lower() == prefix and len(text) > len(prefix):
-                replacement = ours + text[len(prefix) :]
-                hint = f"; {name} numbers are written {shown(replacement)}"
-        return ExpressionError(
-            "E102", token.start, token.end, f"{shown(text)} is not a number{hint}", replacement
-        )
-    hint = ""
-    if text[0] == ";":
-        hint, replacement = "; a comment begins with //", "//" + text[1:]
-    text = f"{quoted(token)} is not part of the language{hint}"
-    return ExpressionError("E101", token.start, token.end, text, replacement)
+    text = token.text
+    if token.kind != "malformed":
+        return ExpressionError("E101", token.start, token.end, f"{quoted(token)} is not part of the language")
+    for pattern, right, hint in _NOTATIONS:
+        match = pattern.fullmatch(text)
+        if match is not None:
+            replacement = match.expand(right).translate(_LOOKALIKES) if right else None
+            return ExpressionError(
+                "E102",
+                token.start,
+                token.end,
+                f"{shown(text)} is not a number; {hint.format(replacement)}",
+                replacement,
+            )
+    return ExpressionError("E102", token.start, token.end, f"{shown(text)} is not a number")
 
 
 def quoted(token: Token) -> str:

@@ -50,7 +50,7 @@ class Problem(NamedTuple):
     start: int
     end: int
     text: str
-    replacement: str = ""
+    replacement: str | None = None
 
 
 Operands = tuple[Operand | None, ...]
