@@ -1,5 +1,7 @@
 """What an editor asks about a program."""
 
+import posixpath
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -10,7 +12,7 @@ from tmcm34x.editor.analysis.completions import cursor_at
 from tmcm34x.editor.analysis.program import Analysis, Place
 from tmcm34x.editor.workspace import Workspace
 from tmcm34x.tmcl.commands import COMMANDS
-from tmcm34x.toolchain.assembler import assemble
+from tmcm34x.toolchain.assembler import assemble, no_includes
 from tmcm34x.toolchain.formatter import format_source
 from tmcm34x.toolchain.linter import lint
 from tmcm34x.toolchain.tokens import split_lines
@@ -319,15 +321,25 @@ def test_every_question_has_an_answer_everywhere(text, data):
 # Files that belong together
 
 
+class MemoryFiles:
+    """Files by name."""
+
+    def __init__(self, files):
+        self.files = files
+
+    def read(self, name):
+        if name not in self.files:
+            raise FileNotFoundError(2, "No such file or directory")
+        return self.files[name]
+
+    def names(self, folder):
+        return [posixpath.basename(name) for name in self.files if posixpath.dirname(name) == folder]
+
+
 def workspace(files=()):
     files = dict(files)
 
-    def read(name):
-        if name not in files:
-            raise FileNotFoundError(2, "No such file or directory")
-        return files[name]
-
-    return Workspace(read, ["/lib"]), files
+    return Workspace(MemoryFiles(files), ["/lib"]), files
 
 
 def test_open_files_stand_before_those_on_disk():
@@ -386,3 +398,26 @@ def test_files_that_include_each_other_are_both_judged():
     assert programs.analysis("/a.inc").diagnostics("/a.inc")
     assert programs.analysis("/b.inc").diagnostics("/b.inc")
     assert set(programs.together("/a.inc")) == {"/a.inc", "/b.inc"}
+
+
+def test_an_include_file_opened_alone_is_judged_from_the_program_in_its_folder():
+    programs, files = workspace(
+        {"/p/main.tmc": "X = 1\nCSUB Sub\nSTOP\n#include Sub.INC", "/p/notes.txt": "// nothing"}
+    )
+    files["/p/sub.inc"] = ""
+    programs.put("/p/sub.inc", "Sub: COMP X\nRSUB")
+    assert programs.analysis("/p/sub.inc").diagnostics("/p/sub.inc") == []
+    programs.put("/p/sub.inc", "Sub: COMP Y\nRSUB")
+    assert [d.code for d in programs.analysis("/p/sub.inc").diagnostics("/p/sub.inc")] == ["E301"]
+
+
+def test_names_of_files_match_without_regard_to_case():
+    programs, _ = workspace({"/p/Names.inc": "X = 1"})
+    programs.put("/p/main.tmc", "#include names.INC\nCOMP X")
+    assert "/p/Names.inc" in programs.analysis("/p/main.tmc").assembly.sources
+
+
+def test_the_file_of_the_tool_chain_has_no_place_to_go_to():
+    program = analysis("#include TMCLParam.tmc\nSAP APMaxCurrent, 0, 5\nSTOP", include=no_includes)
+    assert names.definition(program, Place("x.tmc", 0, 12)) is None
+    assert "absolute max. current" in hovers.hover(program, Place("x.tmc", 1, 6)).text

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from tmcm34x.cli.source_files import DiskFiles
 from tmcm34x.editor.language_server import name_of, uri_of
 from tmcm34x.editor.sessions import serve_messages
 
@@ -442,7 +443,7 @@ def converse(texts, until):
             if until(received):
                 done.set()
 
-        await serve_messages(messages(), send, lambda name: "")
+        await serve_messages(messages(), send, DiskFiles())
 
     asyncio.run(session())
     return received

@@ -11,6 +11,7 @@ import msgspec
 import pytest
 
 from tmcm34x.board.models import MODELS
+from tmcm34x.cli.source_files import DiskFiles
 from tmcm34x.debug.dap.messages import Attach, Launch
 from tmcm34x.editor.language_server import TmclServer
 from tmcm34x.tmcl.commands import COMMANDS
@@ -80,7 +81,7 @@ def test_the_settings_are_the_server_s_options():
     properties = PACKAGE["contributes"]["configuration"]["properties"]
     options = {name.removeprefix("tmcl."): value["default"] for name, value in properties.items()}
     assert set(options) == {"command", "model", "includePath", "hints"}
-    server = TmclServer(lambda name: "")
+    server = TmclServer(DiskFiles())
     assert options["model"] == server.programs.model
     assert set(options["hints"]) == server.hints
     assert options["includePath"] == server.programs.include_path

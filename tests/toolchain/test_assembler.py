@@ -294,3 +294,23 @@ def test_an_appended_stop_stands_on_the_last_line_and_at_the_end_of_the_listing(
 def test_a_diagnostic_without_its_source_is_one_line():
     (diagnostic,) = assemble("foo 1").diagnostics
     assert render(diagnostic) == "program.tmc:1:1: error[E201]: no command foo"
+
+
+def test_a_missing_include_file_is_told_and_its_consequences_are_not():
+    text = "ROR 0, Speed\n#include names.inc\nX = Speed * 2\nFOO 1\nJA Nowhere\n"
+    assert [d.code for d in assemble(text).diagnostics] == ["E501", "E201"]
+
+
+def test_the_names_of_the_parameters_come_with_the_tool_chain():
+    for name in ("TMCLParam.tmc", "tmclparam.TMC", '"TMCLParam.tmc"', "<TMCLParam.tmc>"):
+        text = f"#include {name}\nSAP APMaxPositioningSpeed, Motor0, 500\nSAP APMaxAcceleration, Motor2, 100\nSTOP"
+        assert assemble(text).program[:2] == (Instruction(5, 4, 0, 500), Instruction(5, 5, 2, 100))
+    own = assemble("#include TMCLParam.tmc\nROR Mine, 5", include=lambda name, _from: (name, "Mine = 1"))
+    assert own.program == (Instruction(1, 0, 1, 5),)
+
+
+@pytest.mark.parametrize("name", ["a.inc", '"a.inc"', "<a.inc>", "'a.inc'"])
+def test_the_name_of_an_include_file_may_stand_in_quotes(name):
+    seen = []
+    assemble(f"#include {name} // more", include=lambda file, _from: (seen.append(file), "")[1:] * 2)
+    assert seen == ["a.inc"]

@@ -12,6 +12,7 @@ from tmcm34x.cli.source_files import (
     include_option,
     model_option,
     print_diagnostics,
+    program_of,
 )
 from tmcm34x.toolchain import linter
 
@@ -27,12 +28,16 @@ def command(*, files: tuple[Path, ...], include_path: tuple[Path, ...], append_s
     """Point out likely mistakes in TMCL programs.
 
     Errors, warnings and information go to standard error; the exit status is 1 when there are errors or warnings.
-    A comment `// lint: ignore W101` keeps a rule quiet on its line.
+    A comment `// lint: ignore W101` keeps a rule quiet on its line. A file that another one in its folder includes is
+    judged as a part of that program.
     """
     severities: set[str] = set()
     for path in files:
-        assembly = assemble_file(path, include_path, append_stop=append_stop)
+        program = program_of(path)
+        assembly = assemble_file(program, include_path, append_stop=append_stop)
         found = (*assembly.diagnostics, *linter.lint(assembly, model=int(model)))
+        if program != path:
+            found = tuple(item for item in found if Path(item.location.file).name == path.name)
         print_diagnostics(found, assembly.sources)
         severities.update(item.severity for item in found)
     return 1 if severities - {"information"} else 0

@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from tmcm34x.cli import CliError, spare_the_collector
-from tmcm34x.cli.source_files import include_option, model_option, read_text
+from tmcm34x.cli.source_files import DiskFiles, include_option, model_option
 
 
 @click.command()
@@ -33,13 +33,13 @@ def command(stdio: bool, tcp: str | None, include_path: tuple[Path, ...], model:
     spare_the_collector()
     folders = [str(folder.resolve()) for folder in include_path]
     if tcp is None:
-        sessions.serve_stdio(read_text, folders, int(model))
+        sessions.serve_stdio(DiskFiles(), folders, int(model))
         return
     host, _, port = tcp.rpartition(":")
     if not port.isdecimal() or int(port) > 65535:
         raise CliError(f"--tcp {tcp}: not HOST:PORT")
     serving = sessions.serve_tcp(
-        host.strip("[]") or "127.0.0.1", int(port), read_text, folders, int(model), ready=_tell
+        host.strip("[]") or "127.0.0.1", int(port), DiskFiles(), folders, int(model), ready=_tell
     )
     try:
         with contextlib.suppress(KeyboardInterrupt):

@@ -17,7 +17,11 @@ from tmcm34x.toolchain.assembler import Assembly, IncludeReader, assemble
 from tmcm34x.toolchain.diagnostics import Diagnostic, render_all
 from tmcm34x.toolchain.encoding import Encoding, EncodingError, decode
 from tmcm34x.toolchain.image import ImageError, unpack_binary, unpack_hex
+from tmcm34x.toolchain.includes import fitting, programs_with
 
+SOURCE_SUFFIXES: Final = frozenset({".tmc", ".tmcl", ".inc", ".txt"})
+_MOST_NEIGHBOURS: Final = 200
+"""Files of a folder that are read to find the program to which an include file belongs."""
 HEX_SUFFIXES: Final = frozenset({".hex", ".ihx", ".ihex"})
 MODELS: Final = ("341", "342", "343")
 _SOURCE_LIMIT: Final = 16 * 1024 * 1024
@@ -97,12 +101,48 @@ def include_reader(include_path: Sequence[Path] = ()) -> IncludeReader:
     def read(name: str, from_file: str) -> tuple[str, str]:
         name = name.replace("\\", "/")
         for folder in (Path(from_file).parent, *include_path):
-            path = folder / name
-            if path.is_file():
+            path = _present(folder / name)
+            if path is not None:
                 return _short(path), read_text(str(path))
         raise FileNotFoundError(2, "no such file here or on the include path")
 
     return read
+
+
+def _present(path: Path) -> Path | None:
+    """A file of this name, or the only one whose name is so without regard to case."""
+    if path.is_file():
+        return path
+    try:
+        name = fitting(path.name, DiskFiles().names(str(path.parent)))
+    except ValueError:
+        return None
+    return None if name is None else path.parent / name
+
+
+class DiskFiles:
+    """The files on disk, for the language server."""
+
+    def read(self, name: str) -> str:
+        """The text of a source; an `OSError` or `ValueError` where there is none."""
+        return read_text(name)
+
+    def names(self, folder: str) -> Sequence[str]:
+        """The names of the files in a folder; none where it cannot be read."""
+        try:
+            return sorted(path.name for path in Path(folder).iterdir() if path.is_file())
+        except OSError:
+            return ()
+
+
+def program_of(path: Path) -> Path:
+    """The program in the folder that includes `path`; `path` itself where none does."""
+    files = DiskFiles()
+    names = [name for name in files.names(str(path.parent)) if Path(name).suffix.lower() in SOURCE_SUFFIXES]
+    if len(names) > _MOST_NEIGHBOURS:
+        return path
+    programs = programs_with(path.name, names, lambda name: files.read(str(path.parent / name)))
+    return path.parent / next(programs, path.name)
 
 
 def assemble_file(path: Path, include_path: Sequence[Path] = (), *, append_stop: bool = True) -> Assembly:

@@ -30,7 +30,7 @@ from tmcm34x.editor.analysis.appearance import TOKEN_TYPES
 from tmcm34x.editor.analysis.completions import Completion
 from tmcm34x.editor.analysis.program import Analysis, Place
 from tmcm34x.editor.analysis.values import HintKind
-from tmcm34x.editor.workspace import ReadFile, Workspace
+from tmcm34x.editor.workspace import Files, Workspace
 from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Location
 
 SEVERITIES: Final = {
@@ -65,14 +65,14 @@ _MOST_DIAGNOSTICS: Final = 500
 class TmclServer(LanguageServer):
     """One session with an editor.
 
-    read: gives the text of included files that are not open, by path
+    files: those that are not open
     """
 
-    def __init__(self, read: ReadFile, include_path: Sequence[str] = (), model: int = 343) -> None:
+    def __init__(self, files: Files, include_path: Sequence[str] = (), model: int = 343) -> None:
         super().__init__(  # pyright: ignore[reportUnknownMemberType]
             "tmcm34x", __version__, text_document_sync_kind=types.TextDocumentSyncKind.Full
         )
-        self.programs = Workspace(read, include_path, model)
+        self.programs = Workspace(files, include_path, model)
         self.hints: frozenset[HintKind] = _HINTS
         self._changed: set[str] = set()
         self._timer: asyncio.TimerHandle | None = None

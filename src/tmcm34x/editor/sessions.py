@@ -15,7 +15,7 @@ from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 
 from tmcm34x.editor.language_server import TmclServer
-from tmcm34x.editor.workspace import ReadFile
+from tmcm34x.editor.workspace import Files
 
 _LARGEST_MESSAGE: Final = 64 * 1024 * 1024
 """Bytes."""
@@ -37,7 +37,7 @@ class _Writer:
 async def serve_messages(
     received: AsyncIterator[str | bytes],
     send: Callable[[str], Awaitable[object]],
-    read: ReadFile,
+    files: Files,
     include_path: Sequence[str] = (),
     model: int = 343,
 ) -> None:
@@ -46,7 +46,7 @@ async def serve_messages(
     received: the client's messages, one text each
     send: sends one message to the client
     """
-    server = TmclServer(read, include_path, model)
+    server = TmclServer(files, include_path, model)
     writer = _Writer()
     server.protocol.set_writer(writer, include_headers=False)
 
@@ -82,15 +82,15 @@ def _handle(server: TmclServer, writer: _Writer, text: str | bytes) -> bool:
     return True
 
 
-def serve_stdio(read: ReadFile, include_path: Sequence[str] = (), model: int = 343) -> None:
+def serve_stdio(files: Files, include_path: Sequence[str] = (), model: int = 343) -> None:
     """One session over standard input and output; returns when it is over."""
-    TmclServer(read, include_path, model).start_io()
+    TmclServer(files, include_path, model).start_io()
 
 
 async def serve_tcp(
     host: str,
     port: int,
-    read: ReadFile,
+    files: Files,
     include_path: Sequence[str] = (),
     model: int = 343,
     *,
@@ -105,7 +105,7 @@ async def serve_tcp(
             await writer.drain()
 
         try:
-            await serve_messages(_framed(reader), send, read, include_path, model)
+            await serve_messages(_framed(reader), send, files, include_path, model)
         finally:
             writer.close()
 

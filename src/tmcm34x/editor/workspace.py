@@ -7,18 +7,31 @@ would be full of unknown names.  An open file stands before the one on disk, as 
 from __future__ import annotations
 
 import posixpath
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
-from typing import Final
+from typing import Final, Protocol
 
 from tmcm34x.editor.analysis.program import Analysis
 from tmcm34x.toolchain.assembler import assemble
+from tmcm34x.toolchain.includes import fitting, programs_with
 from tmcm34x.toolchain.linter import lint
 from tmcm34x.toolchain.parser import Line, parse_line
 
-ReadFile = Callable[[str], str]
-"""Returns the text of a file that is not open; raises `OSError` or `ValueError` where there is none."""
 
+class Files(Protocol):
+    """The files that are not open."""
+
+    def read(self, name: str, /) -> str:
+        """The text of a file; raises `OSError` or `ValueError` where there is none."""
+        ...
+
+    def names(self, folder: str, /) -> Sequence[str]:
+        """The names of the files in a folder; none where it cannot be read."""
+        ...
+
+
+_SUFFIXES: Final = frozenset({".tmc", ".tmcl", ".inc", ".txt"})
+_MOST_NEIGHBOURS: Final = 200
 _LONG_LINE: Final = 400
 _CACHED_LINES: Final = 8192
 
@@ -33,16 +46,18 @@ def parse_again(text: str) -> Line:
 class Workspace:
     """Open files by name, and the analyses of the programs that they are or belong to.
 
-    read: for included files that are not open
+    files: those that are not open
     include_path: folders where those are looked for, after the folder of the including file
     """
 
-    def __init__(self, read: ReadFile, include_path: Sequence[str] = (), model: int = 343) -> None:
-        self.read = read
+    def __init__(self, files: Files, include_path: Sequence[str] = (), model: int = 343) -> None:
+        self.files = files
         self.include_path = list(include_path)
         self.model = model
         self.texts: dict[str, str] = {}
         self._programs: dict[str, Analysis] = {}
+        self._owners: dict[str, str] = {}
+        """The program on disk to which each open file belongs."""
 
     def put(self, name: str, text: str) -> None:
         """Opens a file, or gives it a new text."""
@@ -63,13 +78,33 @@ class Workspace:
     def refresh(self) -> None:
         """Forgets everything read from disk."""
         self._programs.clear()
+        self._owners.clear()
 
     def analysis(self, name: str) -> Analysis:
         """The program that an open file is, or that it belongs to."""
         for root in self.texts:
             if root != name and name in self._program(root).assembly.sources:
                 return self._program(root)
-        return self._program(name)
+        return self._program(self._owner(name))
+
+    def _owner(self, name: str) -> str:
+        """The program in the folder that includes `name`; `name` itself where none does."""
+        if name not in self._owners:
+            folder, base = posixpath.split(name)
+            names = [
+                other
+                for other in self.files.names(folder)
+                if posixpath.splitext(other)[1].lower() in _SUFFIXES
+            ]
+            programs: Iterator[str] = iter(())
+            if len(names) <= _MOST_NEIGHBOURS:
+                programs = programs_with(base, names, lambda other: self._text(posixpath.join(folder, other)))
+            self._owners[name] = posixpath.join(folder, next(programs, base))
+        owner = self._owners[name]
+        return owner if owner == name or name in self._program(owner).assembly.sources else name
+
+    def _text(self, name: str) -> str:
+        return self.texts[name] if name in self.texts else self.files.read(name)
 
     def together(self, name: str) -> list[str]:
         """The open files whose findings may change when `name` does: all of its programs."""
@@ -83,10 +118,16 @@ class Workspace:
         program = self._programs.get(name)
         if program is None:
             assembly = assemble(
-                self.texts.get(name, ""), name, self._include, append_stop=True, parse=parse_again
+                self._own_text(name), name, self._include, append_stop=True, parse=parse_again
             )
             program = self._programs[name] = Analysis(assembly, lint(assembly, model=self.model), self.model)
         return program
+
+    def _own_text(self, name: str) -> str:
+        try:
+            return self._text(name)
+        except (OSError, ValueError):
+            return ""
 
     def _forget(self, name: str) -> None:
         """Drops the programs that `name` is part of, or might become part of."""
@@ -111,8 +152,10 @@ class Workspace:
                 return place, self.texts[place]
         problem: Exception = FileNotFoundError(2, "no such file here or on the include path")
         for place in places:
+            folder, base = posixpath.split(place)
+            found = posixpath.join(folder, fitting(base, self.files.names(folder)) or base)
             try:
-                return place, self.read(place)
+                return found, self._text(found)
             except (OSError, ValueError) as error:
                 problem = error
         raise problem

@@ -72,7 +72,7 @@ class Language:
         self._requests: asyncio.Queue[str | None] = asyncio.Queue()
         self._thread_loop = asyncio.get_running_loop()
         self._started.set()
-        await serve_messages(self._received(), self._answer, self._read, model=self._model)
+        await serve_messages(self._received(), self._answer, self, model=self._model)
 
     async def _received(self) -> AsyncIterator[str]:
         while (text := await self._requests.get()) is not None:
@@ -82,10 +82,19 @@ class Language:
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._answers.put_nowait, text)
 
-    def _read(self, path: str) -> str:
+    def read(self, path: str) -> str:
         """The text of an included file, inside the opened folder only."""
         try:
             inside = Path(path).resolve().relative_to(self._workspace.folder)
             return self._workspace.read(inside.as_posix()).text
         except (ValueError, RefusalError) as error:
             raise FileNotFoundError(f"{path} is not in the opened folder") from error
+
+    def names(self, folder: str) -> list[str]:
+        """The names of the files in a folder inside the opened one."""
+        if not Path(folder).resolve().is_relative_to(self._workspace.folder):
+            return []
+        try:
+            return sorted(path.name for path in Path(folder).iterdir() if path.is_file())
+        except OSError:
+            return []

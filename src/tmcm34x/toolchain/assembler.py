@@ -30,6 +30,7 @@ from tmcm34x.toolchain.diagnostics import (
     shown,
 )
 from tmcm34x.toolchain.expressions import FUNCTIONS, ExpressionError, Operand, evaluate, names_in
+from tmcm34x.toolchain.includes import standard
 from tmcm34x.toolchain.mending import words as meanings
 from tmcm34x.toolchain.mending.files import Mistake, mend
 from tmcm34x.toolchain.mending.lines import changed, repair
@@ -202,6 +203,8 @@ class _Assembler:
         if len(code) > PROGRAM_SIZE:
             text = f"the program has {len(code)} instructions; the memory takes {PROGRAM_SIZE}"
             self.diagnostics.append(Diagnostic(code[PROGRAM_SIZE].location, "error", "E601", text))
+        if any(item.code in _CAUSES for item in self.diagnostics):
+            self.diagnostics = [item for item in self.diagnostics if item.code not in _CONSEQUENCES]
         order = {name: index for index, name in enumerate(self.sources)}
         self.diagnostics.sort(key=lambda item: (order[item.location.file], *item.location[1:]))
         return Assembly(
@@ -250,9 +253,12 @@ class _Assembler:
         try:
             full_name, text = self.include(statement.file, self.file)
         except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            self.report("E501", start, end, f"cannot read {name}: {shown(reason)}")
-            return
+            found = standard(statement.file)
+            if found is None:
+                reason = getattr(error, "strerror", None) or str(error)
+                self.report("E501", start, end, f"cannot read {name}: {shown(reason)}")
+                return
+            full_name, text = found
         self.includes[self.file, self.number] = full_name
         if full_name in self.open_files:
             self.report("E502", start, end, f"{name} includes itself")
@@ -516,6 +522,9 @@ def _first_kind(problems: tuple[Problem, ...]) -> Iterable[Problem]:
     return [problem for problem in problems if problem.code in ("E101", "E102")] or problems
 
 
+_CAUSES: Final = frozenset({"E501", "E503"})
+_CONSEQUENCES: Final = frozenset({"E301", "E303"})
+"""Names are not missed while a file is missing that may define them."""
 _DIGITS: Final = str.maketrans("OIL", "011")
 _CALC: Final = BY_MNEMONIC["CALC"]
 _STOP: Final = BY_MNEMONIC["STOP"]

@@ -28,6 +28,7 @@ from tmcm34x.toolchain.expressions import (
     lexical_error,
     quoted,
 )
+from tmcm34x.toolchain.includes import unquoted
 from tmcm34x.toolchain.tokens import BLANKS, Token, first_token, make, tokenize
 
 _BLANKS: Final = rf"[{BLANKS}]*+"
@@ -73,7 +74,7 @@ class Constant(NamedTuple):
 
 
 class Include(NamedTuple):
-    """`#include file`; the file as written, without quotes."""
+    """`#include file`; the file as written, without quotes or angle brackets."""
 
     file: str
     start: int
@@ -211,5 +212,4 @@ def _include(text: str) -> Line:
     if not name:
         return Line((), None, comment, (Problem("E103", start, end, "the name of a file is missing"),))
     place = text.index(name, position)
-    bare = name[1:-1] if len(name) > 2 and name[0] == name[-1] == '"' else name
-    return Line((), Include(bare, place, place + len(name)), comment, ())
+    return Line((), Include(unquoted(name), place, place + len(name)), comment, ())

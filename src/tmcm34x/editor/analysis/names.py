@@ -25,7 +25,7 @@ def definition(program: Analysis, place: Place) -> Location | None:
     """Where the name at a place is defined; for an `#include` the beginning of that file."""
     included = program.assembly.includes.get((place.file, place.line + 1))
     if included is not None:
-        return Location(included, 1, 1, 1)
+        return None if included.startswith("<") else Location(included, 1, 1, 1)
     found = program.symbol_at(place)
     return found[0].definition if found is not None else None
 

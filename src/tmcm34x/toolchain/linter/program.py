@@ -27,10 +27,11 @@ _COPY: Final = 255
 
 def check_names(found: Findings) -> None:
     """Report names without use, and names that are words of the language (W401, W402)."""
+    whole = not any(item.code in ("E501", "E503") for item in found.assembly.diagnostics)
     for symbol in found.assembly.symbols.values():
         if symbol.definition.file != found.assembly.file:
             continue
-        if not symbol.references and not _entered(found, symbol):
+        if whole and not symbol.references and not _entered(found, symbol):
             found.report("W401", symbol.definition, f"{symbol.kind} {shown(symbol.name)} is never used")
         key = symbol.name.upper()
         if symbol.kind == "constant" and (key in _WORDS or key in FUNCTIONS or key in BY_MNEMONIC):
