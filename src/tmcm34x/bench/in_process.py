@@ -14,9 +14,12 @@ from tmcm34x.bench.rig import BenchError, Rig, simple_rig
 from tmcm34x.clock import HZ, clocks, run_until, seconds
 from tmcm34x.firmware.storage import Eeprom, EepromError
 from tmcm34x.host.exceptions import LinkError
+from tmcm34x.host.steps import Follow
 from tmcm34x.host.url import Url
 from tmcm34x.links import Peer, Send
+from tmcm34x.links.faulty import Faults
 from tmcm34x.links.memory import MemoryClient
+from tmcm34x.links.timing import VirtualTiming
 from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
 BITS_PER_BYTE: Final = 10
@@ -27,15 +30,21 @@ class RigLine:
     """The serial line of all modules of `rig`.
 
     baud: bits per second; a module at another one receives nothing
+    faults: of the line
     """
 
     real = False
 
-    def __init__(self, rig: Rig, baud: int = BAUD_RATES[0], name: str = "virtual") -> None:
+    def __init__(
+        self, rig: Rig, baud: int = BAUD_RATES[0], name: str = "virtual", faults: Faults | None = None
+    ) -> None:
         self.rig = rig
         self.name = name
         self.baud = baud
-        self._client = MemoryClient(self._connect)
+        self._timing = VirtualTiming(rig.now)
+        if faults is not None:
+            faults.timing = self._timing
+        self._client = MemoryClient(self._connect if faults is None else faults.wrap(self._connect))
 
     def _connect(self, _: str, send: Send) -> Peer:
         return _Modules(self, send)
@@ -50,7 +59,7 @@ class RigLine:
         data = self._client.read()
         end = self.rig.now + clocks(timeout_s)
         while len(data) < size and self.rig.now < end:
-            run_until(self.rig, max(self.rig.now, min(end, self.rig.next_event())))
+            self._until(min(end, self.rig.next_event(), self._timing.next_event()))
             data += self._client.read()
         self._pass(self._wire_s(data))
         return data
@@ -67,9 +76,11 @@ class RigLine:
         """Let virtual time pass."""
         self._pass(seconds)
 
-    def set_baud(self, baud: int) -> None:
-        """Change the bit rate."""
-        self.baud = baud
+    def follow(self, change: Follow, address: int) -> int:
+        """Change the bit rate, or the address."""
+        if change.baud is not None:
+            self.baud = change.baud
+        return address if change.address is None else change.address
 
     def close(self) -> None:
         """Hang up."""
@@ -79,7 +90,14 @@ class RigLine:
         return len(data) * BITS_PER_BYTE / self.baud
 
     def _pass(self, seconds: float) -> None:
-        run_until(self.rig, self.rig.now + round(seconds * HZ))
+        end = self.rig.now + round(seconds * HZ)
+        while (due := self._timing.next_event()) < end:
+            self._until(due)
+        self._until(end)
+
+    def _until(self, when: int) -> None:
+        run_until(self.rig, max(self.rig.now, when))
+        run_until(self._timing, self.rig.now)
 
 
 class _Modules:

@@ -198,13 +198,6 @@ class Connection:
                 self.wait(seconds)
             case Clock():
                 return self.line.now()
-            case Follow(address, baud):
-                self.follow(address, baud)
+            case Follow():
+                self.address = self.line.follow(step, self.address)
         return None
-
-    def follow(self, address: int | None = None, baud: int | None = None) -> None:
-        """Talk to the module at another address or bit rate from now on."""
-        if address is not None:
-            self.address = address
-        if baud is not None:
-            self.line.set_baud(baud)

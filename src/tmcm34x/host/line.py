@@ -27,6 +27,7 @@ from tmcm34x.tmcl.datagram import (
 )
 
 if TYPE_CHECKING:
+    from tmcm34x.host.steps import Follow
     from tmcm34x.host.url import Can, Url
 
 CONNECT_S: Final = 5.0
@@ -62,8 +63,8 @@ class Line(Protocol):
         """Let time pass."""
         ...
 
-    def set_baud(self, baud: int) -> None:
-        """Change the bit rate where there is one; a socket has none."""
+    def follow(self, change: Follow, address: int) -> int:
+        """Take up another bit rate or identifier, where the line has one; the module's address from now on."""
         ...
 
     def close(self) -> None:
@@ -84,8 +85,9 @@ class RealTime:
         """Wait."""
         time.sleep(seconds)
 
-    def set_baud(self, baud: int) -> None:
-        """There is no bit rate here."""
+    def follow(self, change: Follow, address: int) -> int:
+        """There is no bit rate here; only the address may change."""
+        return address if change.address is None else change.address
 
 
 class SerialLine(RealTime):
@@ -130,12 +132,14 @@ class SerialLine(RealTime):
         except self._gone as error:
             raise self._lost(error) from error
 
-    def set_baud(self, baud: int) -> None:
-        """Change the bit rate."""
-        try:
-            self._port.baudrate = baud
-        except (*self._gone, ValueError) as error:
-            raise LinkError(f"{self.name}: the port does not take {baud} baud: {error}") from error
+    def follow(self, change: Follow, address: int) -> int:
+        """Change the bit rate, or the address."""
+        if change.baud is not None:
+            try:
+                self._port.baudrate = change.baud
+            except (*self._gone, ValueError) as error:
+                raise LinkError(f"{self.name}: the port does not take {change.baud} baud: {error}") from error
+        return super().follow(change, address)
 
     def close(self) -> None:
         """Close the port."""
@@ -212,26 +216,41 @@ class CanLine(RealTime):
 
     def __init__(self, interface: str, channel: str, options: Can) -> None:
         self.name = f"{interface}:{channel}"
-        self._id, self._reply, self._number = options.id, options.reply, 0
+        self._interface, self._channel, self._options = interface, channel, options
+        self._number = 0
         try:
             import can
         except ImportError as error:
             raise LinkError("python-can is missing: install tmcm34x with its extra `can`") from error
-        extra: dict[str, Any] = {"sleep_after_open": 0} if interface == "slcan" else {}
         self._can: Any = can
+        self._bus = self._join()
+
+    def _join(self) -> Any:
+        extra: dict[str, Any] = {"sleep_after_open": 0} if self._interface == "slcan" else {}
+        rate = self._options.bitrate
         try:
-            self._bus: Any = self._can.Bus(
-                interface=interface, channel=channel, bitrate=options.bitrate, **extra
-            )
-        except (can.CanError, OSError, ValueError, ImportError, TypeError, AttributeError) as error:
+            return self._can.Bus(interface=self._interface, channel=self._channel, bitrate=rate, **extra)
+        except (self._can.CanError, OSError, ValueError, ImportError, TypeError, AttributeError) as error:
             raise LinkError(f"cannot join {self.name}: {' '.join(str(error).split())}") from error
+
+    def follow(self, change: Follow, address: int) -> int:
+        """Change identifiers or bit rate; a serial address is nothing to this line."""
+        if change.can_id is not None:
+            self._options = self._options._replace(id=change.can_id)
+        if change.can_reply is not None:
+            self._options = self._options._replace(reply=change.can_reply)
+        if change.can_bit_rate is not None:
+            self._options = self._options._replace(bitrate=change.can_bit_rate)
+            self._bus.shutdown()
+            self._bus = self._join()
+        return self._options.id & 0xFF
 
     def write(self, data: bytes) -> None:
         """Send a telegram as a frame of eight bytes."""
         _, instruction = unpack_request(data)
         self._number = instruction.number
         frame = self._can.Message(
-            arbitration_id=self._id, data=pack_can_request(instruction, 8), is_extended_id=False
+            arbitration_id=self._options.id, data=pack_can_request(instruction, 8), is_extended_id=False
         )
         try:
             self._bus.send(frame)
@@ -261,14 +280,10 @@ class CanLine(RealTime):
             frame = self._bus.recv(timeout_s)
         except (self._can.CanError, OSError) as error:
             raise LinkError(f"{self.name}: the bus is gone: {' '.join(str(error).split())}") from error
-        if (
-            frame is None
-            or frame.arbitration_id != self._reply
-            or frame.is_remote_frame
-            or frame.is_error_frame
-        ):
+        reply = self._options.reply
+        if frame is None or frame.arbitration_id != reply or frame.is_remote_frame or frame.is_error_frame:
             return b""
-        return serial_form(self._number, bytes(frame.data), self._reply & 0xFF)
+        return serial_form(self._number, bytes(frame.data), reply & 0xFF)
 
 
 def serial_form(number: int, data: bytes, host: int) -> bytes:

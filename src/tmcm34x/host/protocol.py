@@ -243,7 +243,7 @@ class Conversation:
         own = self._own_form(window)
         if own is not None:
             self._skip()
-            return self._answered(own)
+            return self._damaged(window) if self._is_doubtful(window) else self._answered(own)
         if not _whole(window):
             self._start += 1
             return None
@@ -322,6 +322,13 @@ class Conversation:
             return None
         stored = Instruction(window[1], window[2], window[3], _value(window))
         return Answer(_OK, stored.value, window, stored=stored)
+
+    def _is_doubtful(self, window: bytes) -> bool:
+        """Whether an answer to 134 may as well be the report of a damaged telegram: it is asked for again.
+
+        On the module with address 6 the stored command GAP 1, 0 looks like that.
+        """
+        return self._left > 0 and window[1] in self._addresses and window[2:8] == _DAMAGED
 
     def _is_refusal(self, window: bytes) -> bool:
         """Whether an answer to 134 has the normal form: then the module has not read anything."""
@@ -428,6 +435,8 @@ class Conversation:
 
 
 _OWN_FORMS: Final = frozenset({READ_MEMORY, VERSION})
+_DAMAGED: Final = bytes((Status.WRONG_CHECKSUM, 0, 0, 0, 0, 0))
+"""Status, command and value of a module's report that a telegram arrived damaged (manual 6.2)."""
 _PLAIN: Final = frozenset(STATUS_TEXTS) - {Status.WRONG_CHECKSUM, Status.POSITION_REACHED}
 """Statuses of replies that need no second thought."""
 _REFUSALS: Final = frozenset({

@@ -35,10 +35,13 @@ class Clock(NamedTuple):
 
 
 class Follow(NamedTuple):
-    """The module has another address or bit rate now: talk to it there."""
+    """The module has another address, bit rate or identifier now: talk to it there, where the line has such."""
 
     address: int | None = None
     baud: int | None = None
+    can_id: int | None = None
+    can_reply: int | None = None
+    can_bit_rate: int | None = None
 
 
 Step = Instruction | Pause | Clock | Follow
