@@ -81,25 +81,99 @@ def test_until_ends_an_endless_program(run):
 
 
 @pytest.mark.parametrize(
-    "source",
+    ("source", "ending"),
     [
-        "Loop: GIO 0, 0 \n JC ZE, Loop \n STOP",
-        "SGP 1, 2, 5 \n Loop: GGP 0, 2 \n COMP 1 \n JC NE, Loop \n STOP",
-        "WAIT REFSW, 1, 0 \n STOP",
-        "ROR 0, 100 \n STOP",
-        "ROR 0, 100 \n Loop: JA Loop",
-        "ROL 0, 100 \n WAIT TICKS, 0, 5 \n Loop: GAP 3, 0 \n COMP 0 \n JC NE, Loop \n STOP",
-        "ROR 0, 2047 \n WAIT REFSW, 0, 0 \n STOP",
-        "ROR 0, 100 \n WAIT LIMSW, 1, 0 \n STOP",
-        "SAP 0, 1, 5 \n MST 1 \n ROR 0, 100 \n WAIT POS, 1, 0 \n STOP",
-        "RFS START, 0 \n WAIT RFS, 0, 0 \n STOP",
-        "RFS START, 0 \n STOP",
+        ("Loop: GIO 0, 0 \n JC ZE, Loop \n STOP", "idle"),
+        ("SGP 1, 2, 5 \n Loop: GGP 0, 2 \n COMP 1 \n JC NE, Loop \n STOP", "idle"),
+        ("WAIT REFSW, 1, 0 \n STOP", "idle"),
+        ("ROR 0, 100 \n STOP", "turning"),
+        ("ROR 0, 100 \n Loop: JA Loop", "turning"),
+        ("ROL 0, 100 \n WAIT TICKS, 0, 5 \n Loop: GAP 3, 0 \n COMP 0 \n JC NE, Loop \n STOP", "turning"),
+        ("ROR 0, 2047 \n WAIT REFSW, 0, 0 \n STOP", "turning"),
+        ("ROR 0, 100 \n WAIT LIMSW, 1, 0 \n STOP", "turning"),
+        ("SAP 0, 1, 5 \n MST 1 \n ROR 0, 100 \n WAIT POS, 1, 0 \n STOP", "turning"),
+        ("RFS START, 0 \n WAIT RFS, 0, 0 \n STOP", "turning"),
+        ("RFS START, 0 \n STOP", "turning"),
     ],
 )
-def test_a_run_ends_when_nothing_can_change_any_more(run, source):
+def test_a_run_ends_when_nothing_can_change_any_more(run, source, ending):
     status, data = summary(run, source)
-    assert (status, data["ending"]) == (0, "idle")
+    assert (status, data["ending"]) == (0, ending)
     assert data["simulated_s"] < 3
+    assert [motor["motor"] for motor in data["turning"]] == ([0] if ending == "turning" else [])
+
+
+def test_a_turning_motor_keeps_the_run_going_until_its_limit(run):
+    status, data = summary(run, "ROR 0, 100 \n STOP", "--until", 3600)
+    assert (status, data["ending"], data["simulated_s"]) == (0, "until", 3600)
+    assert "motor 0 keeps turning" in run("ROR 0, 100 \n STOP")[1].splitlines()[0]
+
+
+def test_a_program_that_only_computes_is_run_to_its_limit(run):
+    source = "L: GGP 0, 2 \n CALC ADD, 1 \n AGP 0, 2 \n JA L"
+    plain, traced = (summary(run, source, "--until", 1, *option)[1] for option in ([], ["--trace"]))
+    assert plain["variables"] == traced["variables"] == {"0": 2500}
+    assert plain["ending"] == traced["ending"] == "until"
+
+
+def test_a_computation_that_ends_is_run_to_its_end(run):
+    source = "L: CALC ADD, 1 \n COMP 300000 \n JC LT, L \n AGP 1, 2 \n E: JA E"
+    _, data = summary(run, source)
+    assert (data["ending"], data["variables"]) == ("idle", {"1": 300_000})
+
+
+def test_where_the_program_is_at_the_end_and_what_it_waits_for(run):
+    _, out, _ = run("MVP ABS, 0, 500 \n WAIT REFSW, 1, 0 \n STOP")
+    assert "program     waits at program.tmc:2: WAIT REFSW, 1, 0, for the left switch of motor 1" in out
+    _, out, _ = run("CALC LOAD, 3 \n Loop: GIO 0, 0 \n JC ZE, Loop \n STOP")
+    assert "program     goes round at program.tmc:2 to program.tmc:3, asking for GIO 0, 0" in out
+    _, out, _ = run("MVP ABS, 0, 500000 \n WAIT POS, 0, 0 \n STOP", "--until", 0.1)
+    assert "for motor 0 to reach its target: it is at" in out
+    assert "STOP" not in run("STOP")[1]
+
+
+def test_every_refused_command_is_listed_with_its_count(run):
+    source = "Loop: SAP 4, 0, 9999 \n SIO 9, 2, 1 \n CALC ADD, 1 \n COMP 3 \n JC LT, Loop \n STOP"
+    status, out, _ = run(source)
+    assert status == 3
+    errors = [line for line in out.splitlines() if line.startswith("error")]
+    assert errors[0] == "error       program.tmc:1: SAP 4, 0, 9999: invalid value (status 4), 3 times"
+    assert errors[1].startswith("error       program.tmc:2: SIO 9, 2, 1: ")
+    assert [refusal["count"] for refusal in summary(run, source)[1]["refusals"]] == [3, 3]
+
+
+def test_outputs_that_blink_are_told(run):
+    _, out, _ = run("SIO 3, 2, 1 \n SIO 3, 2, 0 \n SIO 3, 2, 1 \n SIO 3, 2, 0 \n STOP")
+    assert "outputs     00000000; OUT_3 switched 4 times" in out
+
+
+def test_lost_steps_are_told(run):
+    Path("bench.toml").write_text(
+        '[[module]]\n[[module.axis]]\nload = {kind = "carriage", high = 2.0, start = 1.0}\n'
+    )
+    _, out, _ = run("MVP ABS, 0, 50000 \n WAIT POS, 0, 0 \n STOP", "--bench", "bench.toml")
+    assert "full steps lost" in out
+
+
+def test_user_variables_are_set_before_the_start(run):
+    source = "GGP 10, 2 \n CALC ADD, 1 \n AGP 11, 2 \n STOP"
+    assert summary(run, source, "--set", "10=$1".replace("$", "0x"), "--set", "3=-7")[1]["variables"] == {
+        "3": -7, "10": 1, "11": 2,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("text", ["10", "x=1", "56=1", "1=4294967296"])
+def test_a_wrong_assignment_is_one_line(run, text):
+    status, out, err = run("STOP", "--set", text)
+    assert (status, out) == (2, "")
+    assert text in err
+    assert len(err.splitlines()) == 1
+
+
+def test_a_fall_through_in_an_include_is_told_with_its_file(run):
+    Path("part.tmc").write_text("CALC LOAD, 1 \n CALC ADD, 1\n")
+    _, out, _ = run("CALC LOAD, 3 \n #include part.tmc\n", "--no-append-stop")
+    assert "error       part.tmc:2: the program ran past its end" in out
 
 
 def test_a_motor_that_turns_to_the_awaited_position_gets_there(run):
@@ -152,7 +226,7 @@ def test_program_errors_are_status_3(run, source, text):
 def test_a_program_without_stop_may_run_past_its_end(run):
     status, out, _ = run("CALC LOAD, 1", "--no-append-stop")
     assert status == 3
-    assert "program.tmc: address 1: the program ran past its end" in out
+    assert "program.tmc:1: the program ran past its end" in out
 
 
 def test_images_run_too(run):
@@ -194,6 +268,13 @@ def test_the_table_has_a_row_for_each_motor_and_sample(run):
     positions = [int(row["position"]) for row in rows if row["motor"] == "1"]
     assert positions == sorted(positions)
     assert rows[-2]["speed"] == "500"
+
+
+def test_the_last_row_of_the_table_is_of_the_end(run):
+    _, data = summary(run, MOVE, "--csv", "out.csv", "--sample", 50)
+    rows = list(csv.DictReader(Path("out.csv").read_text().splitlines()))
+    assert float(rows[-1]["time_ms"]) == pytest.approx(data["simulated_s"] * 1000, abs=1e-6)
+    assert len(rows) == len({(row["time_ms"], row["motor"]) for row in rows})
 
 
 def test_waveforms_hold_every_step_and_the_program_counter(run):

@@ -1,4 +1,4 @@
-"""Register commands of TMCL, one at a time and as plainly as possible: what `firmware.machine` must equal."""
+"""Register commands of TMCL, one at a time and as plainly as possible: what `firmware.program.machine` must equal."""
 
 from __future__ import annotations
 

@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware.plain_tmcl import Plain
-from tmcm34x.firmware.machine import ERROR_FLAGS, Machine, Registers
+from tmcm34x.firmware.program.machine import Machine
+from tmcm34x.firmware.program.registers import ERROR_FLAGS, Registers
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
@@ -118,15 +119,6 @@ def test_a_handshake_loop_is_found_to_be_a_cycle() -> None:
     machine, registers = machine_of("CALC LOAD, 7", "GGP 0, 2", "COMP 1", "JC NE, 1", "STOP")
     _, _, period = machine.find_cycle(registers, 100)
     assert period == 3
-    assert machine.reaches_foreign(registers.counter, registers.stack)
-
-
-def test_an_endless_loop_reaches_no_foreign_command() -> None:
-    machine, _ = machine_of("CALC ADD, 1", "CSUB 3", "JA 0", "CALC ADD, 1", "RSUB", "JA 0", "STOP")
-    assert not machine.reaches_foreign(0, [])
-    assert not machine.reaches_foreign(3, [2])
-    assert machine.reaches_foreign(3, [6])
-    assert machine.reaches_foreign(6, [])
 
 
 def test_a_changed_program_is_read_again_after_invalidate() -> None:

@@ -565,13 +565,13 @@ def test_a_program_of_more_than_2048_commands_is_refused() -> None:
 
 def test_code_protection() -> None:
     module = module_with("STOP")
-    assert module.program.read(0) == Instruction(28)
+    assert module.program.memory.read(0) == Instruction(28)
     direct(module, "SGP 81, 0, 1")
-    assert module.program.read(0) is Status.NOT_AVAILABLE
+    assert module.program.memory.read(0) is Status.NOT_AVAILABLE
     direct(module, "SGP 81, 0, 3")
     assert module.execute(Instruction(132))[0] == Status.NOT_AVAILABLE
     direct(module, "SGP 81, 0, 2")
-    assert module.program.read(0) == Instruction(0)
+    assert module.program.memory.read(0) == Instruction(0)
     assert module.execute(Instruction(132))[0] == Status.NOT_AVAILABLE
     direct(module, "SGP 81, 0, 0")
     assert module.execute(Instruction(132))[0] == Status.OK

@@ -64,6 +64,14 @@ class Rig:
             due = min(due, world.due, world.module.next_event())
         return due
 
+    def next_disturbance(self) -> int:
+        """The next clock at which something besides the stand-alone programs has an event."""
+        self._settle()
+        due = self._happenings[0].when if self._happenings else NEVER
+        for world in self.worlds:
+            due = min(due, world.due, world.module.next_disturbance())
+        return due
+
     def advance(self, now: int) -> None:
         """Bring modules and worlds to clock `now`."""
         for module in self.modules:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from tmcm34x.firmware.machine import quotient, remainder
+from tmcm34x.firmware.program.registers import quotient, remainder
 
 LONGEST: Final = 200
 """Characters of an expression: bounds its nesting too."""

@@ -31,7 +31,7 @@ from tmcm34x.debug.expressions import (
     compile_reference,
     values_of,
 )
-from tmcm34x.firmware.machine import ERROR_FLAGS, NOT_COMPARED
+from tmcm34x.firmware.program.registers import ERROR_FLAGS, NOT_COMPARED
 from tmcm34x.tmcl import axis_parameters, global_parameters
 from tmcm34x.tmcl.axis_parameters import AxisParameter
 from tmcm34x.tmcl.commands import (

@@ -454,7 +454,7 @@ class Dispatcher:
 
     def do_134(self, _type: int, _motor: int, value: int) -> Result:
         """Read the program memory: the value field of the stored command; ports answer with all of it."""
-        stored = self._module.program.read(value)
+        stored = self._module.program.memory.read(value)
         return (OK, stored.value) if isinstance(stored, Instruction) else (stored, value)
 
     def do_135(self, _type: int, _motor: int, _value: int) -> Result:

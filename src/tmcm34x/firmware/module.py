@@ -305,7 +305,7 @@ class Module:
         number, type_, motor, value = instruction
         program = self.program
         if program.downloading and number not in _IN_DOWNLOAD:
-            port.answer(program.load(instruction), number, value, size)
+            port.answer(program.memory.store(instruction), number, value, size)
             return
         if program.state:
             program.wake()
@@ -363,33 +363,38 @@ class Module:
 
     def next_event(self) -> int:
         """The next clock at which something could be noticed from outside."""
-        if not self.powered:
-            return NEVER
-        due = min(self.board.next_event(), self.supervision.due, self._pins_due)
-        if self.outbox:
-            due = min(due, self.outbox[0].due)
+        due = self.next_disturbance()
         if self.program.state:
             due = min(due, self.program.next_event())
         return due
 
+    def next_disturbance(self) -> int:
+        """The next clock at which something besides the stand-alone program has an event."""
+        if not self.powered:
+            return NEVER
+        due = min(self.board.next_event(), self.supervision.due, self._pins_due)
+        return min(due, self.outbox[0].due) if self.outbox else due
+
     def advance(self, now: int) -> None:
         """Bring the module to clock `now`."""
         board = self.board
-        chips = board.next_event() <= now
+        chips = disturbed = board.next_event() <= now
         board.advance(now)
         self.now = now
         if not self.powered:
             return
         supervision = self.supervision
         if chips or now >= supervision.due:
+            disturbed = True
             supervision.advance(now, chips)
         if chips or now >= self._pins_due:
+            disturbed = True
             self._pins_due = NEVER
             for search in self.searches:
                 if search.state:
                     search.advance(now)
         if self.program.state:
-            self.program.advance(now)
+            self.program.advance(now, disturbed)
         if self.outbox:
             self._deliver(now)
         if self.touched:
@@ -416,7 +421,7 @@ _RANDOM_MASK: Final = 2**64 - 1
 
 def _read_program(module: Module, port: Port, instruction: Instruction, size: int) -> None:
     """134: the whole stored command, in a form of its own (fidelity FW-82)."""
-    stored = module.program.read(instruction.value)
+    stored = module.program.memory.read(instruction.value)
     if isinstance(stored, Instruction):
         port.answer_record(pack_record(stored)[:-1], size)
     else:

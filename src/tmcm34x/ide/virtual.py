@@ -191,7 +191,9 @@ class Virtual:
         return self.rig.now
 
     def session(self, listener: Listener) -> LiveSession:
-        """Run control of the module's program."""
+        """Run control of the module's program, the former one ended."""
+        if self._session is not None:
+            self._session.close()
         self._session = LiveSession(self.module, listener, world=self.world)
         return self._session
 

@@ -83,6 +83,11 @@ class Spot(NamedTuple):
         chip, smda = self.module.board.wiring(self.motor)
         return self.module.board.chips[chip].motion(smda)
 
+    def bends(self, end: int) -> Iterator[tuple[int, int]]:
+        """Speed and phase at `end`, and before it wherever the speed begins to rise or to fall."""
+        chip, smda = self.module.board.wiring(self.motor)
+        return self.module.board.chips[chip].bends(smda, end)
+
     def steps(self, start: int, end: int) -> Iterator[tuple[int, int]]:
         """Clock and direction of the microsteps to come after `start` up to `end`."""
         chip, smda = self.module.board.wiring(self.motor)

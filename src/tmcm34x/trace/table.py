@@ -34,6 +34,7 @@ class TableRecorder:
         self._stream = stream
         self._period = period
         self.due = rig.now
+        self._written = -1
         stream.write(",".join(self.COLUMNS) + "\n")
         self.after(rig.now)
 
@@ -44,9 +45,18 @@ class TableRecorder:
         """Write rows when they are due."""
         if now >= self.due:
             self.due += self._period
-            time = _decimal(now / MS)
-            for number, world in enumerate(self._rig.worlds):
-                self._stream.writelines(self._rows(time, number, world.module))
+            self._write(now)
+
+    def close(self) -> None:
+        """Write the rows of the end, unless the last ones are of it."""
+        if self._written < self._rig.now:
+            self._write(self._rig.now)
+
+    def _write(self, now: int) -> None:
+        self._written = now
+        time = _decimal(now / MS)
+        for number, world in enumerate(self._rig.worlds):
+            self._stream.writelines(self._rows(time, number, world.module))
 
     def _rows(self, time: str, number: int, module: Module) -> Iterator[str]:
         board = module.board

@@ -87,6 +87,12 @@ class RampAxis(Law):
                 yield tick, part.direction
             state = part.at(end)
 
+    def bends(self, after: int, until: int) -> Iterator[RampState]:
+        """The states between which the speed only rises or only falls within after + 1 .. until, the last at until."""
+        while after < until:
+            after = min(self._part(after + 1).end, until)
+            yield self.at(after)
+
     def law(self, n: int) -> int:
         """What the ramp ticks after tick n add to the velocity, signed; while braking, about that."""
         part = self._part(n + 1)

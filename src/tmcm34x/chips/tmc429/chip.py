@@ -233,3 +233,12 @@ class Tmc429(Core):
         if self.asleep == NEVER:
             for tick, direction in axis.steps(start - origin >> 5, end - origin >> 5):
                 yield origin + (tick << 5), direction
+
+    def bends(self, motor: int, end: int) -> Iterator[tuple[int, int]]:
+        """Speed (V_ACTUAL) and phase of a motor at `end`, and before it wherever the speed begins to rise or to fall.
+
+        As the registers and inputs are now; the phase counts on as in `motion`.
+        """
+        until = min(end, self.asleep) - self.origin >> 5
+        for state in self.axes[motor].bends(self.tick(), until):
+            yield v_actual(state), state.wave

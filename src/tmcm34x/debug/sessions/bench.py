@@ -276,8 +276,10 @@ class BenchSession(LocalSession):
 
     def _attach(self) -> None:
         """Have the program pause before the commands that matter; this session asks `control` by itself."""
-        addresses = None if self.watches else self.control.addresses
-        self.program.hook(None if self.control.idle and not self.watches else _let_pass, addresses)
+        if self.control.idle and not self.watches:
+            self.program.unhook(_let_pass)
+        else:
+            self.program.hook(_let_pass, None if self.watches else self.control.addresses)
 
 
 def _let_pass(_: int) -> bool:

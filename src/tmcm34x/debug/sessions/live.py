@@ -38,7 +38,7 @@ class LiveSession(LocalSession):
         super().__init__(module, world, listener, text)
         self._going = self.program.active
         self._controls = self.program.controls
-        self.program.on_refusal = self._holds_after
+        self.program.on_refusal.append(self._holds_after)
 
     @property
     def stop(self) -> Stop | None:
@@ -74,6 +74,9 @@ class LiveSession(LocalSession):
     def close(self) -> None:
         """End the run control; the program goes on."""
         self.set_breakpoints([])
+        self.program.unhook(self._before)
+        if self._holds_after in self.program.on_refusal:
+            self.program.on_refusal.remove(self._holds_after)
 
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
         """Hold at these instead of the present ones."""
@@ -170,5 +173,7 @@ class LiveSession(LocalSession):
 
     def _attach(self) -> None:
         """Have the program ask before the commands that matter."""
-        addresses = None if self.watches else self.control.addresses
-        self.program.hook(None if self.control.idle and not self.watches else self._before, addresses)
+        if self.control.idle and not self.watches:
+            self.program.unhook(self._before)
+        else:
+            self.program.hook(self._before, None if self.watches else self.control.addresses)

@@ -116,7 +116,7 @@ class LocalSession:
 
 def error_text(module: Module, error: ProgramError) -> str:
     """What went wrong in a program, in one line."""
-    stored = module.program.read(error.address)
+    stored = module.program.memory.read(error.address)
     if not isinstance(stored, Instruction) or stored.number == 0:
         return "the program ran past its end; is a STOP missing?"
     return f"{format_instruction(stored)}: {STATUS_TEXTS[error.status]} (status {error.status:d})"

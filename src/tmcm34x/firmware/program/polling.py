@@ -9,12 +9,13 @@ All this saves work and changes no result: whatever is not certainly repeated is
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from tmcm34x.board.board import INPUTS
 from tmcm34x.clock import NEVER
 from tmcm34x.firmware.io import ANALOG_INPUTS, DIGITAL_INPUTS
 from tmcm34x.firmware.motion import A_ACTUAL, V_ACTUAL, V_TARGET
+from tmcm34x.firmware.program.registers import Contents
 from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS, BY_KEY
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS, RFS_TYPES
 from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS
@@ -54,9 +55,9 @@ _RESTLESS: Final = frozenset(
 class Cycle(NamedTuple):
     """A state that comes back every `period` clocks from `start` on, as long as nobody else acts."""
 
-    contents: tuple[object, ...]
-    """Of the registers."""
+    contents: Contents
     start: int
+    """The clock at which the command at its counter has its effect for the first time."""
     executed: int
     """Commands executed by the program at `start`."""
     period: int
@@ -68,20 +69,31 @@ class Cycle(NamedTuple):
     """The clock at which something read may be another by itself."""
 
 
-class _Anchor:
+class Anchor:
     """A state before a repeating command, to compare later ones with, and what was read since."""
 
-    def __init__(self, contents: tuple[object, ...], start: int, executed: int, horizon: int) -> None:
+    __slots__ = ("contents", "executed", "horizon", "patience", "start", "until", "values")
+
+    def __init__(
+        self, contents: Contents, start: int, executed: int, horizon: int, patience: int = 1
+    ) -> None:
         self.contents = contents
         self.start = start
         self.executed = executed
         self.horizon = horizon
         """The board's next event then: nothing on it changes before."""
-        self.until = NEVER
+        self.patience = patience
+        """Commands after which another anchor is tried; doubles each time."""
+        self.until = horizon
         """The clock at which something read since may be another by itself."""
         self.values: list[int | None] = []
-        self.patience = 1
-        """Commands after which another anchor is tried; doubles each time."""
+
+    def cycle(self, now: int, executed: int) -> Cycle:
+        """The cycle from here to the same state at `now`."""
+        return Cycle(
+            self.contents, self.start, self.executed, now - self.start, executed - self.executed,
+            tuple(self.values), self.until,
+        )  # fmt: skip
 
 
 class Polling:
@@ -96,12 +108,12 @@ class Polling:
     def __init__(self, module: Module) -> None:
         self._module = module
         self.cycle: Cycle | None = None
-        """The program goes round in it from now on."""
-        self._anchor: _Anchor | None = None
+        """The program goes round in it, from its start until its end, unless something happens."""
+        self._anchor: Anchor | None = None
+        self._disturbed = 0
         self._found: Cycle | None = None
         self._until = NEVER
         self._outputs = 0
-        self._disturbed = 0
 
     def forget(self, now: int) -> None:
         """Something happened at `now` that a program may notice."""
@@ -109,8 +121,32 @@ class Polling:
         self._disturbed = now
 
     def leave(self) -> None:
-        """The program is run again."""
-        self.cycle = self._anchor = None
+        """What is read may be another from now on; a cycle of registers alone reads nothing."""
+        if self.cycle is None or self.cycle.values:
+            self.cycle = self._anchor = None
+
+    def expired(self, now: int) -> bool:
+        """Whether the cycle has come to its end."""
+        return self.cycle is not None and now >= self.cycle.until
+
+    def save(self) -> tuple[Any, ...]:
+        """The search for a cycle as a plain value."""
+        anchor = self._anchor
+        seen = None if anchor is None else (
+            anchor.contents, anchor.start, anchor.executed, anchor.horizon, anchor.patience, anchor.until,
+            tuple(anchor.values),
+        )  # fmt: skip
+        return None if self.cycle is None else tuple(self.cycle), seen, self._disturbed
+
+    def load(self, value: tuple[Any, ...]) -> None:
+        """Go back to what `save` gave."""
+        cycle, seen, self._disturbed = value
+        self.cycle = None if cycle is None else Cycle(*cycle)
+        self._anchor = None
+        if seen is not None:
+            *facts, until, values = seen
+            self._anchor = Anchor(*facts)
+            self._anchor.until, self._anchor.values = until, list(values)
 
     def repeats(self, instruction: Instruction, now: int) -> bool:
         """Whether the command has no effect and the same result when repeated before the board's next event."""
@@ -140,22 +176,18 @@ class Polling:
             return not axis.read(A_ACTUAL)
         return parameter in _SPEEDS or (parameter == _POSITION and not speed)
 
-    def meet(self, instruction: Instruction, contents: tuple[object, ...], executed: int, now: int) -> None:
+    def meet(self, instruction: Instruction, contents: Contents, executed: int, now: int) -> None:
         """A repeating command is about to be executed, with these contents of the registers."""
         board = self._module.board
         horizon, anchor = board.next_event(), self._anchor
         self._outputs, self._found = board.outputs, None
         self._until = self._next_edge(instruction)
         if anchor is None or anchor.horizon != horizon or anchor.until <= now:
-            self._anchor = _Anchor(contents, now, executed, horizon)
+            self._anchor = Anchor(contents, now, executed, horizon)
         elif anchor.contents == contents:
-            self._found = Cycle(
-                contents, anchor.start, anchor.executed, now - anchor.start, executed - anchor.executed,
-                tuple(anchor.values), anchor.until,
-            )  # fmt: skip
+            self._found = anchor.cycle(now, executed)
         elif len(anchor.values) == anchor.patience:
-            self._anchor = _Anchor(contents, now, executed, horizon)
-            self._anchor.patience = 2 * anchor.patience
+            self._anchor = Anchor(contents, now, executed, horizon, 2 * anchor.patience)
 
     def passed(self, value: int | None, now: int, *, refused: bool) -> None:
         """The command has been executed and has read `value`."""

@@ -1,12 +1,12 @@
-"""The stand-alone program: run, step, stop, download, and the commands that only a program has.
+"""The stand-alone program: run, step, stop, and the commands that only a program has.
 
 One instruction takes `Module.instruction_clocks` and has its effect at their end.  Register commands run in
 `machine`, many at a time; everything else goes through the module's dispatcher, as a host's command would,
 with the one difference that a value read goes into the accumulator.
 
 What others could notice comes at an event of its own: before promising when that is, the program runs its
-register commands ahead on a copy.  A program that polls for what cannot change yet (`polling`) is not run at
-all until somebody else acts, and is then put where it would be.
+register commands ahead on a copy (`ahead`).  A program that goes round in a cycle, in registers alone or polling for
+what cannot change yet (`polling`), is not run at all until somebody else acts, and is then put where it would be.
 
 A command that the module refuses has no effect; the program goes on with the next one and `last_error` tells
 of it.  Erased memory (command 0) and the end of the memory stop the program.
@@ -18,41 +18,30 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import IntEnum
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from tmcm34x.clock import MS, NEVER
-from tmcm34x.firmware.machine import ERROR_FLAGS, Machine, Registers
-from tmcm34x.firmware.polling import Cycle, Polling
-from tmcm34x.tmcl.commands import (
-    BY_MNEMONIC,
-    BY_NUMBER,
-    MOTORS,
-    PROGRAM_SIZE,
-    RFS_TYPES,
-    USER_VARIABLES,
-    WAIT_TYPES,
-)
+from tmcm34x.clock import NEVER
+from tmcm34x.firmware.program import wait
+from tmcm34x.firmware.program.ahead import Ahead
+from tmcm34x.firmware.program.machine import Machine
+from tmcm34x.firmware.program.memory import END, Memory
+from tmcm34x.firmware.program.polling import Cycle, Polling
+from tmcm34x.firmware.program.registers import ERROR_FLAGS, Registers
+from tmcm34x.firmware.program.wait import Wait
+from tmcm34x.tmcl.commands import BY_MNEMONIC, BY_NUMBER, MOTORS, PROGRAM_SIZE, RFS_TYPES, USER_VARIABLES
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.module import Module
 
-TICK: Final = 10 * MS
-"""One tick of WAIT (manual 6.7.22)."""
-
-_END: Final = Instruction(0)
 _STOP: Final = BY_MNEMONIC["STOP"].number
 _WAIT: Final = BY_MNEMONIC["WAIT"].number
-_WAITS: Final = dict(WAIT_TYPES)
 _GCO: Final = BY_MNEMONIC["GCO"].number
 _RFS: Final = BY_MNEMONIC["RFS"].number
 _RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
 _PROGRAM_ONLY: Final = frozenset(row.number for row in BY_MNEMONIC.values() if "direct" not in row.where)
 _READING: Final = frozenset(row.number for row in BY_MNEMONIC.values() if "reads" in row.where)
-_SHORT_RUN: Final = 128
-_LONG_RUN: Final = 1 << 16
-"""Register commands run ahead at a time: at first, and when nobody ever comes between."""
 
 
 class State(IntEnum):
@@ -71,11 +60,8 @@ class ProgramError(NamedTuple):
     status: Status
 
 
-class _Wait(NamedTuple):
-    """The WAIT being executed: its condition, none for TICKS, and the clock at which it ends anyway."""
-
-    done: Callable[[], bool] | None
-    limit: int
+Ask = Callable[[int], bool]
+"""Asked with the address of a command about to be executed; true stops the program there."""
 
 
 class Program:
@@ -84,37 +70,44 @@ class Program:
     def __init__(self, module: Module) -> None:
         self._module = module
         self.registers = Registers([0] * USER_VARIABLES)
+        self.memory = Memory(module.eeprom)
         self.state = State.STOP
-        self.downloading = False
         self.last_error: ProgramError | None = None
         """The last command that was refused, since the program was started or reset."""
         self.executed = 0
         """Commands executed since power-on."""
         self.controls = 0
         """Times that somebody outside has started, stopped or reset the program."""
-        self.on_refusal: Callable[[], bool] | None = None
-        """Asked after a command was refused, with `last_error` telling which; true stops the program there."""
-        self._hook: Callable[[int], bool] | None = None
-        self._hooked_everywhere = False
-        self._machine = Machine(self._read_instruction)
+        self.wait: Wait | None = None
+        """The WAIT that is being executed."""
+        self.on_refusal: list[Callable[[], bool]] = []
+        """Called after a command was refused, with `last_error` saying which; any true stops the program there."""
+        self._hooks: dict[Ask, frozenset[int] | None] = {}
+        """Who wants to be asked before which commands; None: before all."""
+        self._machine = Machine(self.memory.__getitem__)
         self._due = NEVER
         """Clock at which the command at the counter has its effect."""
         self._started_at = 0
         """`executed` when the program was started."""
-        self._wait: _Wait | None = None
-        self._download_address = 0
-        self._ahead = Registers([0] * USER_VARIABLES)
-        self._ahead_until = 0
-        """Clock of the next event found by running ahead; 0: not known."""
-        self._ahead_commands = 0
-        self._run = _SHORT_RUN
-        self._probed = False
-        """The register commands ahead have been searched for a cycle in vain."""
+        self._ahead = Ahead(self._machine)
         self._polling = Polling(module)
         self._pins_changed = False
         module.board.on_pins.append(self._note_pins)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy has no listeners: those of the original know nothing of it."""
+        return {**self.__dict__, "on_refusal": [], "_hooks": {}}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._machine.guard(frozenset())
+
     # What others see and set
+
+    @property
+    def downloading(self) -> bool:
+        """Whether commands are stored instead of executed, between 132 and 133."""
+        return self.memory.downloading
 
     @property
     def counter(self) -> int:
@@ -166,28 +159,44 @@ class Program:
     @property
     def waiting(self) -> bool:
         """Whether a WAIT is being executed."""
-        return self._wait is not None
+        return self.wait is not None
+
+    @property
+    def cycle(self) -> Cycle | None:
+        """The cycle that the program goes round in until somebody else acts; None where none is known yet."""
+        cycle = self._polling.cycle
+        return cycle if cycle is not None and cycle.start <= self._module.now else None
+
+    def round(self) -> list[int]:
+        """The addresses of one round of `cycle`, in their order; at most 1000."""
+        cycle = self.cycle
+        return [] if cycle is None else self._ahead.round(cycle)
 
     @property
     def upcoming(self) -> int:
         """Address of the command due at the next event."""
-        return self._ahead.counter if self._ahead_until and self._ahead_commands else self.registers.counter
+        ahead = self._ahead
+        return ahead.registers.counter if ahead.until and ahead.commands else self.registers.counter
 
     @property
     def hooked(self) -> bool:
         """Whether somebody wants to be asked before commands."""
-        return self._hook is not None
+        return bool(self._hooks)
 
-    def hook(self, ask: Callable[[int], bool] | None, addresses: frozenset[int] | None = None) -> None:
+    def hook(self, ask: Ask, addresses: frozenset[int] | None = None) -> None:
         """Have `ask` asked with the address of each command about to be executed; true stops the program there.
 
         It is not asked for the command that the program is started at.  With `addresses` it is asked only for
-        those, and the others run as fast as ever.  None: nobody is asked any more.
+        those, and the others run as fast as ever; a second call changes them.
         """
-        self.wake()
-        self._hook = ask
-        self._hooked_everywhere = ask is not None and addresses is None
-        self._machine.guard(addresses if ask is not None and addresses is not None else frozenset())
+        self._hooks[ask] = addresses
+        self._guard()
+
+    def unhook(self, ask: Ask) -> None:
+        """Ask no more, if it was asked."""
+        if ask in self._hooks:
+            del self._hooks[ask]
+            self._guard()
 
     def raise_error(self, flag: str) -> None:
         """Set one of the flags ETO, EAL, EDV, EPO, ESD."""
@@ -196,8 +205,7 @@ class Program:
 
     def wake(self) -> None:
         """Take notice that something a program may look at changes, here and now."""
-        self._ahead_until = 0
-        self._probed = False
+        self._ahead.begin(self.executed)
         self._polling.forget(self._module.now)
 
     # Control functions
@@ -238,7 +246,7 @@ class Program:
 
     def power_on(self, auto_start: bool) -> None:
         """Begin anew; `auto_start` (global parameter 77) starts the program from address 0."""
-        self.downloading = False
+        self.memory.downloading = False
         self.executed = 0
         self.reset()
         if auto_start:
@@ -251,44 +259,23 @@ class Program:
 
     def start_download(self, address: int) -> Status:
         """Stop and reset the program, and store all commands to come from `address` on (132)."""
-        if not 0 <= address < PROGRAM_SIZE:
-            return Status.INVALID_VALUE
-        if self._protection & 2:
-            return Status.NOT_AVAILABLE
-        self.reset()
-        self.downloading = True
-        self._download_address = address
-        return Status.OK
-
-    def load(self, instruction: Instruction) -> Status:
-        """Store the next command of a download; control functions are refused, and so is a 2,049th command."""
-        row = BY_NUMBER.get(instruction.number)
-        if row is not None and "control" in row.where:
-            return Status.NOT_AVAILABLE
-        if self._download_address >= PROGRAM_SIZE:
-            return Status.INVALID_VALUE
-        self._module.eeprom.write_instruction(self._download_address, instruction)
-        self._download_address += 1
-        return Status.LOADED
+        status = self.memory.may_download(address)
+        if status is Status.OK:
+            self.reset()
+            self.memory.downloading = True
+            self.memory.address = address
+        return status
 
     def quit_download(self) -> Status:
         """Execute commands again instead of storing them (133)."""
-        self.downloading = False
+        self.memory.downloading = False
         self._machine.invalidate()
         return Status.OK
-
-    def read(self, address: int) -> Instruction | Status:
-        """The stored command at `address`, or the status that refuses it (134)."""
-        if not 0 <= address < PROGRAM_SIZE:
-            return Status.INVALID_VALUE
-        if self._protection & 1:
-            return Status.NOT_AVAILABLE
-        return self._module.eeprom.read_instruction(address)
 
     def erase(self) -> None:
         """Wipe the program memory: its protection against reading was given up."""
         self.reset()
-        self._module.eeprom.erase_program()
+        self.memory.erase()
 
     def calculate(self, instruction: Instruction) -> Status:
         """Execute CALC or CALCX for a host, on the program's own registers."""
@@ -296,35 +283,63 @@ class Program:
         done = self._machine.execute(self.registers, instruction)
         return Status.OK if done else Status.WRONG_TYPE
 
+    # State as a plain value
+
+    def save(self) -> tuple[Any, ...]:
+        """Everything that the program is, apart from its memory, which is the EEPROM's."""
+        return (
+            self.registers.contents(), int(self.state), self.memory.downloading, self.memory.address,
+            None if self.last_error is None else tuple(map(int, self.last_error)),
+            self.executed, self.controls, None if self.wait is None else tuple(self.wait),
+            self._due, self._started_at, self._pins_changed, self._ahead.save(), self._polling.save(),
+        )  # fmt: skip
+
+    def load(self, value: tuple[Any, ...]) -> None:
+        """Go back to what `save` gave; the memory must be what it was then."""
+        (
+            contents, state, self.memory.downloading, self.memory.address, error,
+            self.executed, self.controls, waiting,
+            self._due, self._started_at, self._pins_changed, ahead, polling,
+        ) = value  # fmt: skip
+        self._machine.invalidate()
+        self.registers.restore(contents)
+        self.state = State(state)
+        self.last_error = None if error is None else ProgramError(error[0], Status(error[1]))
+        self.wait = None if waiting is None else Wait(*waiting)
+        self._ahead.load(ahead)
+        self._polling.load(polling)
+
     # Time
 
     def next_event(self) -> int:
         """The next clock at which somebody else could notice what the program does."""
         if not self.state:
             return NEVER
-        if self._wait is not None:
-            return self._module.now + 1 if self._pins_changed else self._wait.limit
-        if self._watched or self.state is State.STEP:
-            self.wake()
-            return self._due
-        if self._pins_changed:
-            self.wake()
+        if self.wait is not None:
+            return self._module.now + 1 if self._pins_changed else self.wait.limit
+        if self._pins_changed or self.state is State.STEP:
             self._pins_changed = False
+            self.wake()
+        if self.state is State.STEP or self._watched:
+            return self._due
         cycle = self._polling.cycle
         if cycle is not None:
-            return cycle.until
-        return self._ahead_until or self._look_ahead()
+            return cycle.start if self._module.now < cycle.start else cycle.until
+        return self._ahead.until or self._look_ahead()
 
-    def advance(self, now: int) -> None:
-        """Execute everything that is due up to `now`; the module's chips and pins are already there."""
+    def advance(self, now: int, disturbed: bool = False) -> None:
+        """Execute everything that is due up to `now`; the module's chips and pins are already there.
+
+        disturbed: something besides the program had an event at `now`
+        """
         if not self.state:
             return
-        if self._polling.cycle is not None:
-            self._catch_up(self._polling.cycle, now)
-        elif self._wait is not None:
-            self._check_wait(self._wait, now)
-        elif self._ahead_until:
-            self._commit(now)
+        if self.wait is not None:
+            self._check_wait(self.wait, now)
+        elif not self._watched:
+            self._catch_up(now)
+        if disturbed or self._polling.expired(now):
+            self._polling.leave()
         self._pins_changed = False
         while self._due <= now:
             self._execute_due(now)
@@ -333,22 +348,22 @@ class Program:
     def _watched(self) -> bool:
         """Whether somebody looks at each single command."""
         observer = self._module.observer
-        return self._hooked_everywhere or (observer is not None and observer.instruction is not None)
-
-    @property
-    def _protection(self) -> int:
-        return self._module.eeprom.global_values[81]
-
-    def _read_instruction(self, address: int) -> Instruction:
-        return self._module.eeprom.read_instruction(address)
+        if observer is not None and observer.instruction is not None:
+            return True
+        return bool(self._hooks) and None in self._hooks.values()
 
     def _note_pins(self) -> None:
         self._pins_changed = True
 
+    def _guard(self) -> None:
+        self.wake()
+        asked = (addresses for addresses in self._hooks.values() if addresses is not None)
+        self._machine.guard(frozenset[int]().union(*asked))
+
     def _start(self, state: State) -> None:
         self.wake()
         self.state = state
-        if self._wait is None:
+        if self.wait is None:
             self._machine.invalidate()
             self.last_error = None
             self._started_at = self.executed
@@ -357,9 +372,9 @@ class Program:
     def _halt(self) -> None:
         self.wake()
         self.state = State.STOP
-        self._wait = None
+        self.wait = None
         self._due = NEVER
-        self._run = _SHORT_RUN
+        self._ahead.shorten()
 
     def _execute_due(self, now: int) -> None:
         """Execute the register commands due up to `now`, then at most one foreign command."""
@@ -373,9 +388,11 @@ class Program:
         done = self._machine.run(self.registers, room)
         self.executed += done
         self._due += done * clocks
+        if single:
+            self._search()
         if done < room and (single or not self._guarded or not self._pauses(now)):
             self._execute_foreign(now)
-        if self.state is State.STEP and self._wait is None:
+        if self.state is State.STEP and self.wait is None:
             self._halt()
 
     @property
@@ -386,22 +403,26 @@ class Program:
     def _pauses(self, now: int) -> bool:
         """Tell those who watch of the command to come; whether one of them stops the program before it."""
         address = self.registers.counter
-        hook = self._hook
-        if hook is not None and self.executed != self._started_at and hook(address):
+        if self._hooks and self.executed != self._started_at and self._asked(address):
             self._halt()
             return True
         observer = self._module.observer
         if observer is not None and observer.instruction is not None:
-            observer.instruction(address, self._instruction(address), now)
+            observer.instruction(address, self.memory[address], now)
         return False
 
-    def _instruction(self, address: int) -> Instruction:
-        return self._read_instruction(address) if address < PROGRAM_SIZE else _END
+    def _asked(self, address: int) -> bool:
+        """Ask all who want to be asked before the command at `address`."""
+        answers = [
+            ask(address)
+            for ask, addresses in tuple(self._hooks.items())
+            if addresses is None or address in addresses
+        ]
+        return any(answers)
 
     def _execute_foreign(self, now: int) -> None:
         address = self.registers.counter
-        instruction = self._instruction(address)
-        self._probed = False
+        instruction = self.memory[address]
         guarded = self._guarded
         if guarded and self._machine.pass_guard(self.registers):
             self._polling.forget(now)
@@ -412,7 +433,7 @@ class Program:
         elif instruction.number == _STOP:
             self._go_on(address, now)
             self._halt()
-        elif instruction.number == _END.number:
+        elif instruction.number == END.number:
             self.last_error = ProgramError(address, Status.INVALID_COMMAND)
             self._halt()
         elif instruction.number in _PROGRAM_ONLY:
@@ -422,6 +443,7 @@ class Program:
         else:
             self._polling.forget(now)
             self._execute_command(instruction, address, now)
+        self._ahead.begin(self.executed)
 
     def _go_on(self, address: int, now: int) -> None:
         """The command at `address` is done."""
@@ -435,7 +457,8 @@ class Program:
 
     def _tell_refusal(self, address: int, status: Status) -> None:
         self.last_error = ProgramError(address, status)
-        if self.on_refusal is not None and self.on_refusal():
+        stops = [refused() for refused in tuple(self.on_refusal)]
+        if any(stops):
             self._halt()
 
     def _execute_command(self, instruction: Instruction, address: int, now: int) -> int | None:
@@ -453,95 +476,70 @@ class Program:
     # WAIT
 
     def _begin_wait(self, instruction: Instruction, address: int, now: int) -> None:
-        _, kind, motor, ticks = instruction
         self._polling.forget(now)
-        if kind > max(_WAITS.values()):
-            self._refuse(address, Status.WRONG_TYPE, now)
-        elif ticks < 0 or (motor >= MOTORS and kind != _WAITS["TICKS"]):
-            self._refuse(address, Status.INVALID_VALUE, now)
-        elif kind == _WAITS["TICKS"]:
-            self._wait = _Wait(None, now + ticks * TICK)
-            self._due = NEVER
-            self._check_wait(self._wait, now)
+        begun = wait.begin(instruction, now)
+        if isinstance(begun, Status):
+            self._refuse(address, begun, now)
         else:
-            self._wait = _Wait(self._condition(kind, motor), now + ticks * TICK if ticks else NEVER)
+            self.wait = begun
             self._due = NEVER
-            self._check_wait(self._wait, now)
+            self._check_wait(begun, now)
 
-    def _condition(self, kind: int, motor: int) -> Callable[[], bool]:
-        axis = self._module.axes[motor]
-        if kind == _WAITS["POS"]:
-            return lambda: axis.reached
-        if kind == _WAITS["REFSW"]:
-            return lambda: axis.left_switch
-        if kind == _WAITS["LIMSW"]:
-            return lambda: axis.left_switch or axis.right_switch
-        search = self._module.searches[motor]
-        return lambda: not search.state
-
-    def _check_wait(self, wait: _Wait, now: int) -> None:
+    def _check_wait(self, waiting: Wait, now: int) -> None:
         """Go on when the wait is over; a condition that comes true at the time-out's own clock wins."""
-        if wait.done is None or not wait.done():
-            if now < wait.limit:
+        if not wait.fulfilled(self._module, waiting):
+            if now < waiting.limit:
                 return
-            if wait.done is not None:
+            if waiting.conditional:
                 self.registers.errors |= ERROR_FLAGS["ETO"]
-        self._wait = None
+        self.wait = None
         self._go_on(self.registers.counter, now)
+        self._ahead.begin(self.executed)
         if self.state is State.STEP:
             self._halt()
 
-    # Running ahead
+    # Running ahead, and not running at all
 
     def _look_ahead(self) -> int:
         """Find the next event by running register commands on a copy."""
-        machine, clocks, counter = self._machine, self._module.instruction_clocks, self.registers.counter
-        done = 0
-        if not machine.is_foreign(counter):
-            ahead = self._ahead
-            ahead.assign(self.registers)
-            done = machine.run(ahead, self._run)
-            if done == self._run and not self._probed:
-                self._probed = True
-                ahead.assign(self.registers)
-                done, contents, period = machine.find_cycle(ahead, self._run)
-                if period:
-                    start, executed = self._due + done * clocks, self.executed + done
-                    self._polling.cycle = Cycle(contents, start, executed, period * clocks, period, (), NEVER)
-                    return NEVER
-            if done == self._run and not machine.reaches_foreign(counter, self.registers.stack):
-                return NEVER
-        self._ahead_commands = done
-        self._ahead_until = self._due + done * clocks
-        return self._ahead_until
+        clocks = self._module.instruction_clocks
+        cycle = self._ahead.look(self.registers, self.executed, self._due, clocks)
+        if cycle is None:
+            return self._ahead.until
+        self._polling.cycle = cycle
+        return cycle.start
 
-    def _commit(self, now: int) -> None:
-        """Take over what was run ahead, if nobody came between, and run ahead farther or less far in future."""
-        if now != self._ahead_until:
-            self._run = max(self._run // 2, _SHORT_RUN)
-        elif self._ahead_commands:
-            if self._ahead_commands == self._run:
-                self._run = min(2 * self._run, _LONG_RUN)
-            self.registers.assign(self._ahead)
-            self.executed += self._ahead_commands
-            self._due = now
-        self._ahead_until = 0
-
-    # Polling
+    def _search(self) -> None:
+        """Where each command is looked at: search the registers for a cycle when it is time to."""
+        if self._polling.cycle is None and self._ahead.concerns(self.executed):
+            clocks = self._module.instruction_clocks
+            self._polling.cycle = self._ahead.search(self.registers, self.executed, self._due, clocks)
 
     def _poll(self, instruction: Instruction, address: int, now: int) -> None:
         """Execute a command that may be part of a polling loop."""
+        if self._polling.cycle is not None:
+            self._execute_command(instruction, address, now)
+            return
         error = self.last_error
         self._polling.meet(instruction, self.registers.contents(), self.executed, now)
         value = self._execute_command(instruction, address, now)
         self._polling.passed(value, now, refused=self.last_error is not error)
 
-    def _catch_up(self, cycle: Cycle, now: int) -> None:
-        """Bring a program that was not run while polling to just before what is due at `now`."""
-        self._polling.leave()
+    def _catch_up(self, now: int) -> None:
+        """Bring a program that was not run to just before what is due at `now`."""
+        cycle = self._polling.cycle
+        if cycle is not None:
+            if now > cycle.start:
+                self._go_round(cycle, now)
+        elif self._ahead.until:
+            done = self._ahead.take(self.registers, now)
+            if done:
+                self.executed += done
+                self._due = now
+
+    def _go_round(self, cycle: Cycle, now: int) -> None:
+        """Bring a program that goes round in `cycle` to just before what is due at `now`."""
         periods = (now - cycle.start) // cycle.period
-        if periods < 0:
-            return
         self.registers.restore(cycle.contents)
         self.executed = cycle.executed + periods * cycle.commands
         self._due = cycle.start + periods * cycle.period
@@ -554,6 +552,7 @@ class Program:
             if done == room:
                 return
             self._go_on(self.registers.counter, self._due)
+            self._ahead.begin(self.executed)
             if value is not None:
                 self.registers.load(value)
 

@@ -1,0 +1,14 @@
+"""The stand-alone program: its control, its commands, and the machine that runs register commands.
+
+`program`    state, control functions, time
+`wait`       what a WAIT waits for
+`memory`     download, reading back, protection
+`registers`  accumulator, X, flags, stack, user variables
+`machine`    runs register commands; `templates` says what each does, `fuse` makes one function of a loop
+`ahead`      register commands run ahead on a copy
+`polling`    loops that ask for what cannot change yet
+"""
+
+from tmcm34x.firmware.program.program import Program, ProgramError, State
+
+__all__ = ["Program", "ProgramError", "State"]

@@ -1,0 +1,135 @@
+"""Register commands run ahead on a copy, to know when the next event is, and whether they only go round.
+
+Commands are counted from an *origin*, the last time that something else than a register command changed what the
+program sees.  When 128, 256, 512, ... register commands have been executed since, the registers are searched for a
+state that comes back.  So what is found does not depend on how time is sliced, nor on whether each command is
+looked at.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from tmcm34x.clock import NEVER
+from tmcm34x.firmware.program.machine import Machine
+from tmcm34x.firmware.program.polling import Cycle
+from tmcm34x.firmware.program.registers import Registers
+from tmcm34x.tmcl.commands import USER_VARIABLES
+
+_SHORT_RUN: Final = 128
+_LONG_RUN: Final = 1 << 16
+"""Commands run ahead at a time: at first, and when nothing ever comes between."""
+LONGEST_ROUND: Final = 1000
+"""Addresses of a cycle that are listed."""
+_SEARCH: Final = 1 << 13
+_LONGEST_SEARCH: Final = 1 << 15
+_SEARCH_SHARE: Final = 7
+"""A search takes as many commands as were executed, up to 2^13; later 1/128 of them, up to 2^15."""
+
+
+class Ahead:
+    """Runs ahead of a program on its `machine`."""
+
+    __slots__ = ("_length", "_machine", "_origin", "_room", "commands", "next_search", "registers", "until")
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+        self.registers = Registers([0] * USER_VARIABLES)
+        """The copy: what the program's registers will hold at `until`."""
+        self.until = 0
+        """Clock of the next event found by running ahead; 0: not known."""
+        self.commands = 0
+        """Register commands executed up to then."""
+        self.next_search = _SHORT_RUN
+        """Register commands since the origin at which the registers are searched next."""
+        self._room = 0
+        self._length = _SHORT_RUN
+        self._origin = 0
+
+    def begin(self, executed: int) -> None:
+        """Make the present the origin: something else than a register command had its effect."""
+        self.until = 0
+        self._origin = executed
+        self.next_search = _SHORT_RUN
+
+    def shorten(self) -> None:
+        """Begin with short runs again."""
+        self._length = _SHORT_RUN
+
+    def look(self, registers: Registers, executed: int, due: int, clocks: int) -> Cycle | None:
+        """Find the next event, `until`, or the cycle that the registers come to.
+
+        executed: commands that the program has executed
+        due: clock at which the next one has its effect; the others follow every `clocks`
+        """
+        copy = self.registers
+        self.commands = 0
+        if not self._machine.is_foreign(registers.counter):
+            copy.assign(registers)
+            since = executed - self._origin
+            self._room = min(self._length, self.next_search - since)
+            self.commands = done = self._machine.run(copy, self._room)
+            if since + done == self.next_search:
+                cycle = self.search(copy, executed + done, due + done * clocks, clocks)
+                if cycle is not None:
+                    return cycle
+        self.until = due + self.commands * clocks
+        return None
+
+    def concerns(self, executed: int) -> bool:
+        """Whether it is time to search, when so many commands have been executed."""
+        return executed - self._origin == self.next_search
+
+    def search(self, registers: Registers, executed: int, due: int, clocks: int) -> Cycle | None:
+        """Look whether registers come back to a state from here on; arguments as in `look`."""
+        count = self.next_search
+        self.next_search *= 2
+        scratch = Registers([0] * USER_VARIABLES)
+        scratch.assign(registers)
+        limit = min(count, _SEARCH) if count < _SEARCH << _SEARCH_SHARE else count >> _SEARCH_SHARE
+        done, contents, period = self._machine.find_cycle(scratch, min(limit, _LONGEST_SEARCH))
+        if not period:
+            return None
+        first = done - period
+        return Cycle(
+            contents, due + first * clocks, executed + first, period * clocks, period, (), NEVER
+        )  # fmt: skip
+
+    def take(self, registers: Registers, now: int) -> int:
+        """Take over what was run ahead, if nothing came between; gives back how many commands that was.
+
+        Runs ahead farther or less far in future.
+        """
+        until, self.until = self.until, 0
+        if now != until:
+            self._length = max(self._length // 2, _SHORT_RUN)
+            return 0
+        if self.commands:
+            if self.commands == self._room:
+                self._length = min(2 * self._length, _LONG_RUN)
+            registers.assign(self.registers)
+        return self.commands
+
+    def round(self, cycle: Cycle) -> list[int]:
+        """The addresses that a program comes to in one round of `cycle`; at most `LONGEST_ROUND`."""
+        scratch = Registers([0] * USER_VARIABLES)
+        scratch.restore(cycle.contents)
+        values, addresses = iter(cycle.values), list[int]()
+        for _ in range(min(cycle.commands, LONGEST_ROUND)):
+            addresses.append(scratch.counter)
+            if not self._machine.run(scratch, 1):
+                scratch.counter += 1
+                value = next(values, None)
+                if value is not None:
+                    scratch.load(value)
+        return addresses
+
+    def save(self) -> tuple[Any, ...]:
+        """What cannot be found again by looking: where the search is."""
+        return self._origin, self.next_search
+
+    def load(self, value: tuple[Any, ...]) -> None:
+        """Go back to what `save` gave."""
+        self._origin, self.next_search = value
+        self.until = 0
+        self.shorten()

@@ -1,0 +1,64 @@
+"""WAIT: what a program waits for, as plain values, and whether it is there.
+
+Source: manual 6.7.22; fidelity PROG-12 to PROG-14.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from tmcm34x.clock import MS, NEVER
+from tmcm34x.tmcl.commands import MOTORS, WAIT_TYPES
+from tmcm34x.tmcl.status import Status
+
+if TYPE_CHECKING:
+    from tmcm34x.firmware.module import Module
+    from tmcm34x.tmcl.datagram import Instruction
+
+TICK: Final = 10 * MS
+"""One tick of WAIT (manual 6.7.22)."""
+
+_TICKS, _POS, _REFSW, _LIMSW, _RFS = (
+    dict(WAIT_TYPES)[word] for word in ("TICKS", "POS", "REFSW", "LIMSW", "RFS")
+)
+
+
+class Wait(NamedTuple):
+    """A WAIT that is being executed."""
+
+    kind: int
+    """The command's type: TICKS, POS, REFSW, LIMSW, RFS."""
+    motor: int
+    limit: int
+    """The clock at which it ends anyway, `NEVER` without a time-out."""
+
+    @property
+    def conditional(self) -> bool:
+        """Whether it waits for something else than time."""
+        return self.kind != _TICKS
+
+
+_CONDITIONS: Final[dict[int, Callable[[Module, int], bool]]] = {
+    _TICKS: lambda module, motor: False,
+    _POS: lambda module, motor: module.axes[motor].reached,
+    _REFSW: lambda module, motor: module.axes[motor].left_switch,
+    _LIMSW: lambda module, motor: module.axes[motor].left_switch or module.axes[motor].right_switch,
+    _RFS: lambda module, motor: not module.searches[motor].state,
+}
+
+
+def begin(instruction: Instruction, now: int) -> Wait | Status:
+    """The wait that a WAIT at clock `now` begins, or the status that refuses it."""
+    _, kind, motor, ticks = instruction
+    if kind not in _CONDITIONS:
+        return Status.WRONG_TYPE
+    if ticks < 0 or (motor >= MOTORS and kind != _TICKS):
+        return Status.INVALID_VALUE
+    endless = kind != _TICKS and not ticks
+    return Wait(kind, motor, NEVER if endless else now + ticks * TICK)
+
+
+def fulfilled(module: Module, wait: Wait) -> bool:
+    """Whether what is waited for is there."""
+    return _CONDITIONS[wait.kind](module, wait.motor)
