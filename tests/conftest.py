@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytest_plugins = ["pytester"]
+
 COMMAND = str(Path(sys.executable).with_name("tmcm34x"))
 
 

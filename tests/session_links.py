@@ -82,7 +82,7 @@ class Served:
 
     def ask(self, address: int, instruction: Any) -> tuple[int, int]:
         """Status and value of a command outside the conversation."""
-        return self.rig.modules[0].execute(instruction)
+        return self.rig.modules[0].peek(instruction)
 
     def wait(self, done: Callable[[], bool]) -> None:
         """Let server and client work until `done`."""

@@ -345,6 +345,14 @@ def read(path: str | Path) -> Bench:
         raise BenchError(f"{path}: {error}") from error
 
 
+def with_model(bench: Bench, model: int | None) -> Bench:
+    """The same with a first module of type `model`, unless that is None."""
+    if model is None:
+        return bench
+    first, *others = bench.module
+    return msgspec.structs.replace(bench, module=[msgspec.structs.replace(first, model=model), *others])
+
+
 def _check_numbers(value: object, path: str) -> None:
     """Refuse nan and inf, which the limits of a struct do not catch."""
     if isinstance(value, dict):

@@ -279,6 +279,11 @@ class Module:
         if self.powered:
             port.power_on()
 
+    @property
+    def owes_reply(self) -> bool:
+        """Whether a reply is still to come: after the telegram pause, or the second one of command 138."""
+        return bool(self.outbox) or self.supervision.requested
+
     # Commands
 
     def execute(self, instruction: Instruction) -> Result:

@@ -135,6 +135,11 @@ class Supervision:
             self._plan_rest(motor)
             self._reschedule()
 
+    @property
+    def requested(self) -> bool:
+        """Whether a second reply of command 138 is still to come."""
+        return bool(self._requests)
+
     def request_target_reached(self, listener: TargetListener, mask: int, size: int) -> None:
         """Tell `listener` once all motors of `mask` are at their targets; one request for each listener."""
         self._requests = [row for row in self._requests if row[0] is not listener]

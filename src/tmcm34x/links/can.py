@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from typing import Any, cast
+from typing import Any, Final, cast
 
 from tmcm34x.links import EXTENDED, ConnectBus, LinkError
+
+_STOP_S: Final = 0.05
+"""How long closing waits at most, on a bus that can only be read by waiting."""
 
 
 class CanBusLink:
@@ -37,7 +40,9 @@ class CanBusLink:
         except (can.CanError, OSError, ValueError, ImportError, TypeError) as error:
             raise LinkError(f"cannot join {name}: {' '.join(str(error).split())}") from error
         self._peer = connect(f"{self.kind} {name}", self._send)
-        self._notifier = can.Notifier(self._bus, [self._receive], loop=asyncio.get_running_loop())
+        self._notifier = can.Notifier(
+            self._bus, [self._receive], timeout=_STOP_S, loop=asyncio.get_running_loop()
+        )
         return name
 
     def close(self) -> None:

@@ -132,6 +132,11 @@ class Server:
         self.settle()
         return address
 
+    def start(self) -> None:
+        """Keep the bench at the wall clock's time on the running event loop, even before a link is open."""
+        self._loop = asyncio.get_running_loop()
+        self.settle()
+
     async def close(self) -> None:
         """Hang up everywhere and save what is not saved yet."""
         for link in self._links:

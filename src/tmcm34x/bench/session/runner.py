@@ -49,16 +49,11 @@ def make_rig(case: Case, model: int, bench: str = "") -> Rig:
     text = case.bench or bench
     if not text:
         return simple_rig(model)
-    import msgspec
-
     from tmcm34x.bench.builder import build
-    from tmcm34x.bench.description import parse
+    from tmcm34x.bench.description import parse, with_model
 
     try:
-        description = parse(text)
-        first, *others = description.module
-        modules = [msgspec.structs.replace(first, model=model), *others]
-        return build(msgspec.structs.replace(description, module=modules))
+        return build(with_model(parse(text), model))
     except BenchError as error:
         raise SessionSyntaxError(str(case.path), case.line, 0, f"bench: {error}") from None
 

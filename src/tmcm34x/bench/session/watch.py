@@ -48,7 +48,7 @@ class _Subject(NamedTuple):
 
     def ask(self, instruction: Instruction) -> tuple[int, int]:
         module = self.unit.module
-        return module.execute(instruction) if module.powered else SILENCE
+        return module.peek(instruction) if module.powered else SILENCE
 
 
 class Watch:

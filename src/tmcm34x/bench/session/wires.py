@@ -43,7 +43,7 @@ class MemoryWire:
         """Status and value of a command to the module at `address`."""
         for module in self.rig.modules:
             if module.address == address and module.powered:
-                return module.execute(instruction)
+                return module.peek(instruction)
         return SILENCE
 
 

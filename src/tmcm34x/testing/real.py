@@ -1,0 +1,134 @@
+"""A real module for a test: what needs a bench raises `NotOnRealModuleError`.
+
+The line belongs to the host under test.  What the test itself asks goes over a connection that is opened for each
+question and closed again, so a serial port must not be opened for exclusive use by the host meanwhile.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final, NoReturn
+
+from tmcm34x.host import Connection, HostError, RefusedError
+from tmcm34x.testing.base import ModuleUnderTest, NotOnRealModuleError
+from tmcm34x.tmcl.datagram import Instruction
+
+if TYPE_CHECKING:
+    from tmcm34x.bench.session.world import Unit
+    from tmcm34x.bench.world import AxisView
+
+POLL_S: Final = 0.01
+TCP: Final = "tcp://"
+
+
+class RealModule(ModuleUnderTest):
+    """The module at a serial port or `tcp://HOST:PORT`.
+
+    Raises `HostError` when it does not reply.
+    """
+
+    real = True
+
+    def __init__(self, port: str, *, baud: int = 9600, address: int = 1) -> None:
+        self._where = port
+        self._baud = baud
+        self._address = address
+        self._start_s = time.monotonic()
+        with self._open() as connection:
+            version = connection.version()
+        self.model = int(version[:3]) if version[:3].isdecimal() else 0
+
+    def _open(self) -> Connection:
+        return Connection.open(self._where, baud=self._baud, address=self._address)
+
+    def close(self) -> None:
+        """Stop the motors: the next test must not find them moving."""
+        for motor in range(3):
+            self.command(f"MST {motor}")
+
+    # Lines
+
+    @property
+    def port(self) -> str:
+        """The device name of the serial port."""
+        if self._where.startswith(TCP):
+            raise NotOnRealModuleError(f"{self._where} is no serial port")
+        return self._where
+
+    @property
+    def url(self) -> str:
+        """The address of the socket."""
+        if not self._where.startswith(TCP):
+            raise NotOnRealModuleError(f"{self._where} is no socket")
+        return self._where
+
+    # Time
+
+    @property
+    def now(self) -> float:
+        """Seconds since the test began."""
+        return time.monotonic() - self._start_s
+
+    def run(self, seconds: float) -> None:
+        """Wait."""
+        time.sleep(seconds)
+
+    def run_until(self, holds: Callable[[], Any], timeout: float) -> bool:
+        """Wait until `holds`, or the time is over."""
+        end_s = time.monotonic() + timeout
+        while not holds():
+            if time.monotonic() >= end_s:
+                return False
+            time.sleep(POLL_S)
+        return True
+
+    # The module
+
+    def execute(self, instruction: Instruction, module: int = 0) -> tuple[int, int]:
+        """Send a command on a connection of its own; status and value of the reply."""
+        if module:
+            self._refuse("a second module")
+        with self._open() as connection:
+            try:
+                reply = connection.execute(instruction)
+            except RefusedError as error:
+                reply = error.reply
+        return reply.status, reply.value
+
+    def ask(self, instruction: Instruction, module: int = 0) -> tuple[int, int]:
+        """The same: a real module has no way to look without asking."""
+        return self.execute(instruction, module)
+
+    # The bench
+
+    def _refuse(self, what: str) -> NoReturn:
+        raise NotOnRealModuleError(f"{what} is not available on a real module")
+
+    @property
+    def unit(self) -> Unit:
+        """Not available."""
+        self._refuse("a measurement on the bench")
+
+    def view(self, motor: int, module: int = 0) -> AxisView:
+        """Not available."""
+        self._refuse("a view of the axis")
+
+    def act(self, name: str, *operands: Any, module: int = 0) -> None:
+        """Not available."""
+        self._refuse(f"the action {name!r} of a bench")
+
+    def fault(self, name: str, value: float | None = None, **options: Any) -> None:
+        """Not available."""
+        self._refuse(f"the fault {name!r} of the line")
+
+    def clear_faults(self) -> None:
+        """There are none."""
+
+
+def reach(port: str, baud: int, address: int) -> RealModule | str:
+    """The module at a port, or why there is none."""
+    try:
+        return RealModule(port, baud=baud, address=address)
+    except HostError as error:
+        return str(error)

@@ -1,0 +1,339 @@
+"""A virtual module for a test, or a whole bench."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeVar
+
+from tmcm34x import clock
+from tmcm34x.bench.action import Action
+from tmcm34x.bench.rig import BenchError, simple_rig
+from tmcm34x.bench.session.world import Unit
+from tmcm34x.clock import MS, clocks, seconds
+from tmcm34x.links.faults import fault
+from tmcm34x.links.faulty import Faults
+from tmcm34x.links.timing import VirtualTiming
+from tmcm34x.server import Server
+from tmcm34x.testing.base import ModuleUnderTest
+from tmcm34x.testing.lines import Clockwork, PacedCanLink, PacedLink, VirtualPace
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.global_parameters import CAN_BIT_RATES
+from tmcm34x.trace.picture import PictureRecorder
+
+if TYPE_CHECKING:
+    from tmcm34x.bench import Rig
+    from tmcm34x.bench.world import AxisView
+    from tmcm34x.firmware.storage import Eeprom
+    from tmcm34x.host.module import Module as HostModule
+    from tmcm34x.links import CanLink, Link, Peer, Send
+    from tmcm34x.testing.background import Background
+    from tmcm34x.tmcl.telegrams import Direction, Kind
+
+Result = TypeVar("Result")
+Pace = Literal["virtual"] | float
+TELEGRAMS: Final = 60
+"""Telegrams that are kept for the report of a failed test."""
+_LOOK: Final = 10 * MS
+_SAMPLES: Final = 512
+_POLL_S: Final = 0.002
+_NUMBERS: Final = itertools.count(1)
+open_modules: Final[dict[str, VirtualModule]] = {}
+"""Virtual modules that are open, by name: what `tmcm34x://NAME` reaches."""
+
+
+class Telegram(NamedTuple):
+    """One telegram of a line, with the clock at which it passed."""
+
+    now: int
+    line: str
+    direction: Direction
+    data: bytes
+    kind: Kind
+
+
+class VirtualModule(ModuleUnderTest):
+    """A fresh virtual module.
+
+    model: 341, 342 or 343; with a bench, its first module becomes one unless it is None
+    bench: path of a bench file, or its text
+    pace: "virtual", where time moves on with what the test and the host do (`testing.lines`), or a factor of real
+        time: 1 is real time, 10 ten times real time
+    seed: of everything random
+    eeprom: its memory, a new one unless given
+    Raises `BenchError`.
+    """
+
+    real = False
+
+    def __init__(
+        self,
+        model: int | None = None,
+        *,
+        bench: str | Path | None = None,
+        pace: Pace = "virtual",
+        seed: int = 0,
+        eeprom: Eeprom | None = None,
+    ) -> None:
+        self.rig = _make_rig(model, bench, seed, eeprom)
+        self.model = self.rig.modules[0].board.model.number
+        self.name = f"module-{next(_NUMBERS)}"
+        """By which `tmcm34x://NAME` opens it."""
+        self.telegrams: deque[Telegram] = deque(maxlen=TELEGRAMS)
+        """The last telegrams of all lines."""
+        self.picture = PictureRecorder(self.rig, _SAMPLES)
+        self._speed = _check_pace(pace)
+        self._timing = VirtualTiming()
+        self._faults = Faults(self._timing, seed)
+        self._server = self._make_server()
+        self._clockwork = Clockwork(self.rig, self._server, self._timing, self.picture)
+        self._pace = VirtualPace(self.rig, self._clockwork)
+        self._addresses: dict[str, str] = {}
+        self._background: Background | None = None
+        open_modules[self.name] = self
+        if self._speed:
+            self._start()
+
+    def _make_server(self) -> Server:
+        if self._speed:
+            return Server(self.rig, speed=self._speed, log=self, faults=self._faults)
+        server = Server(self.rig, monotonic=self._virtual_s, log=self, faults=self._faults)
+        server.pace.draw(self.rig.now, paused=True)
+        return server
+
+    def _virtual_s(self) -> float:
+        return seconds(self.rig.now)
+
+    def write(self, now: float, name: str, direction: Direction, data: bytes, kind: Kind) -> None:
+        """Take a telegram for `telegrams`; called by the server."""
+        self.telegrams.append(Telegram(int(now), name, direction, data, kind))
+
+    @property
+    def speed(self) -> float:
+        """Seconds of the module's time in a second of real time, 1 in virtual time."""
+        return self._speed or 1.0
+
+    @property
+    def real_pace(self) -> bool:
+        """Whether time follows the wall clock."""
+        return self._speed > 0
+
+    # Exclusive access
+
+    def do(self, work: Callable[[], Result]) -> Result:
+        """What `work` returns, called while nothing else works on the bench."""
+        if self._background is None:
+            return self._exclusively(work)
+        return self._background.call(lambda: self._exclusively(work))
+
+    def _exclusively(self, work: Callable[[], Result]) -> Result:
+        while not self._server.catch_up():
+            pass
+        try:
+            return work()
+        finally:
+            self._server.settle()
+
+    def _start(self) -> Background:
+        from tmcm34x.testing.background import Background
+
+        if self._background is None:
+            self._background = Background()
+            self._pace.loop = self._background.loop
+            self._background.call(self._server.start)
+        return self._background
+
+    def close(self) -> None:
+        """Close all lines, and end what worked on them."""
+        open_modules.pop(self.name, None)
+        background, self._background = self._background, None
+        if background is not None:
+            background.await_(self._server.close())
+            background.close()
+
+    # Lines
+
+    @property
+    def port(self) -> str:
+        """A pseudo terminal, for host code that wants a serial port."""
+        return self.open_port()
+
+    def open_port(self, link: str | None = None) -> str:
+        """A pseudo terminal, under the symbolic link `link` if given.  Raises `links.LinkError`."""
+        from tmcm34x.links.pty import PtyLink
+
+        return self._open("port", lambda: PtyLink(link))
+
+    @property
+    def url(self) -> str:
+        """`tcp://HOST:PORT`, for host code that wants a socket."""
+        return f"tcp://{self.address}"
+
+    @property
+    def address(self) -> str:
+        """`HOST:PORT`."""
+        from tmcm34x.links.tcp import TcpLink
+
+        return self._open("tcp", lambda: TcpLink("127.0.0.1", 0))
+
+    @property
+    def serial_url(self) -> str:
+        """What pyserial's `serial_for_url` opens inside this process, in virtual time without any waiting."""
+        from tmcm34x.testing import register_url
+
+        register_url()
+        return f"tmcm34x://{self.name}"
+
+    @property
+    def can(self) -> dict[str, Any]:
+        """Arguments for `can.Bus(**module.can)` of python-can."""
+        from tmcm34x.links.can import CanBusLink
+
+        if "can" not in self._addresses:
+            rate = CAN_BIT_RATES[self.rig.modules[0].eeprom.global_values[69]]
+            link: CanLink = CanBusLink("virtual", self.name, rate)
+            paced = link if self._speed else PacedCanLink(link, self._pace)
+            self._addresses["can"] = self._start().await_(self._server.open_can(paced))
+        return {"interface": "virtual", "channel": self.name}
+
+    def _open(self, kind: str, make_link: Callable[[], Link]) -> str:
+        if kind not in self._addresses:
+            link = make_link()
+            paced = link if self._speed else PacedLink(link, self._pace)
+            self._addresses[kind] = self._start().await_(self._server.open(paced))
+        return self._addresses[kind]
+
+    def connect_line(self, name: str, send: Send) -> Peer:
+        """One more line inside this process: the module's end of it."""
+        return self._pace.wrap(self._faults.wrap(self._server.connect))(name, send)
+
+    def connect(self) -> HostModule:
+        """The module through this project's host library, on a line inside this process."""
+        from tmcm34x.host import Connection
+        from tmcm34x.host.module import Module as HostModule
+        from tmcm34x.testing.host_line import HostLine
+
+        return HostModule(Connection(HostLine(self)))
+
+    # Time
+
+    @property
+    def now(self) -> float:
+        """The module's time [s]."""
+        return self.do(lambda: seconds(self.rig.now))
+
+    def run(self, seconds: float) -> None:
+        """Let `seconds` of the module's time pass."""
+        _check_time(seconds)
+        if self._speed:
+            time.sleep(seconds / self._speed)
+        else:
+            self.do(lambda: self._clockwork.run_until(self.rig.now + clocks(seconds)))
+
+    def run_until(self, holds: Callable[[], Any], timeout: float, *, events_only: bool = False) -> bool:
+        """Let time pass until `holds`, or the time is over.
+
+        events_only: look at events alone, not every 10 ms too; for what only events change
+        """
+        _check_time(timeout)
+        if self._speed:
+            return self._wait_until(holds, timeout)
+        look = clock.NEVER if events_only else _LOOK
+        until = self.rig.now + clocks(timeout)
+        if self._background is None:
+            return self._clockwork.search(holds, until, look)
+        while not holds():
+            if self.do(lambda: self.rig.now) >= until:
+                return False
+            self.do(lambda: self._clockwork.go_on(until, look))
+        return True
+
+    def _wait_until(self, holds: Callable[[], Any], timeout: float) -> bool:
+        end_s = time.monotonic() + timeout / self._speed
+        while not holds():
+            if time.monotonic() >= end_s:
+                return False
+            time.sleep(_POLL_S)
+        return True
+
+    # The module
+
+    def execute(self, instruction: Instruction, module: int = 0) -> tuple[int, int]:
+        """Execute a command beside the line; status and value of its reply."""
+        return self.do(lambda: self.rig.modules[module].execute(instruction))
+
+    def ask(self, instruction: Instruction, module: int = 0) -> tuple[int, int]:
+        """Status and value that a reading command gives, without any other effect."""
+        return self.do(lambda: self.rig.modules[module].peek(instruction))
+
+    def load(self, source: str | Path, *, run: bool = False) -> None:
+        """Put a TMCL program, as source text or as a path, into the program memory, and perhaps start it.
+
+        Raises `ValueError` with the diagnostics of a program that cannot be assembled.
+        """
+        from tmcm34x.testing.programs import assemble_source
+
+        program = assemble_source(source)
+        self.do(lambda: self._store(program, run))
+
+    def _store(self, program: tuple[Instruction, ...], run: bool) -> None:
+        module = self.rig.modules[0]
+        module.eeprom.write_program(program)
+        if run:
+            module.program.run(0)
+
+    # The bench
+
+    @property
+    def unit(self) -> Unit:
+        """The first module on its bench."""
+        return Unit(self.rig)
+
+    def view(self, motor: int, module: int = 0) -> AxisView:
+        """An axis as an onlooker sees it."""
+        return self.do(self.rig.worlds[module].mounts[motor].view)
+
+    def act(self, name: str, *operands: Any, module: int = 0) -> None:
+        """Do one of the actions of a bench (`bench.action.ACTIONS`).  Raises `ActionError`."""
+        self.do(lambda: self.rig.act(Action(name, module, operands)))
+
+    def fault(self, name: str, value: float | None = None, **options: Any) -> None:
+        """Put a fault of the line in force.  Raises `FaultError`."""
+        made = fault(name, value, **options)
+        self.do(lambda: self._faults.add(made))
+
+    def clear_faults(self) -> None:
+        """End all faults of the line."""
+        self.do(self._faults.clear)
+
+
+def _make_rig(model: int | None, bench: str | Path | None, seed: int, eeprom: Eeprom | None) -> Rig:
+    if bench is None:
+        return simple_rig(model or 343, eeprom, seed=seed)
+    from tmcm34x.bench.builder import build
+    from tmcm34x.bench.description import parse, read, with_model
+
+    text = isinstance(bench, str) and "\n" in bench
+    description = parse(str(bench)) if text else read(bench)
+    try:
+        return build(with_model(description, model), () if eeprom is None else (eeprom,))
+    except BenchError as error:
+        raise BenchError(str(error) if text else f"{bench}: {error}") from None
+
+
+def _check_pace(pace: Pace) -> float:
+    """The factor of real time; 0 for virtual time."""
+    if pace == "virtual":
+        return 0.0
+    if isinstance(pace, str) or not math.isfinite(pace) or pace <= 0:
+        raise ValueError(f"pace is 'virtual' or a factor of real time above 0, not {pace!r}")
+    return float(pace)
+
+
+def _check_time(seconds: float) -> None:
+    if not 0 <= seconds < 1e9:
+        raise ValueError(f"a time must be a finite number of seconds, 0 or more, not {seconds!r}")

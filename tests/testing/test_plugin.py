@@ -1,0 +1,235 @@
+"""The pytest plugin, in test folders of its own."""
+
+import subprocess
+import sys
+
+import pytest
+
+QUICKLY = [f"-pno:{name}" for name in ("cacheprovider", "hypothesispytest", "benchmark", "anyio")]
+"""Plugins that take longer to load than the tests here to run."""
+BENCH = "[[module]]\n[[module.axis]]\nload = { kind = 'carriage', start = 7.0 }\n"
+
+
+@pytest.fixture
+def run(pytester):
+    """Call it with the text of a test file and options: the result of pytest."""
+
+    def invoke(text, *options):
+        pytester.makepyfile(test_it=text)
+        return pytester.runpytest_subprocess(*QUICKLY, *options)
+
+    return invoke
+
+
+def test_each_test_has_a_fresh_module(run):
+    result = run("""
+        def test_one(tmcm343):
+            tmcm343.motor(0).max_speed = 5
+            assert tmcm343.model == 343
+
+        def test_another(tmcm343, tmcm341, tmcm342):
+            assert tmcm343.motor(0).max_speed != 5
+            assert (tmcm341.model, tmcm342.model) == (341, 342)
+    """)
+    result.assert_outcomes(passed=2)
+
+
+def test_markers_choose_model_bench_and_pace(run, pytester):
+    pytester.makefile(".toml", machine=BENCH)
+    result = run(
+        """
+        import pytest
+
+        @pytest.mark.tmcm34x_model(341, 342)
+        @pytest.mark.tmcm34x_bench("machine.toml")
+        def test_models(tmcm34x):
+            assert tmcm34x.model in {341, 342}
+            assert tmcm34x.motor(0).load_position == 7
+
+        @pytest.mark.tmcm34x_pace(20)
+        def test_pace(tmcm34x):
+            assert tmcm34x.real_pace
+            tmcm34x.run(0.1)
+            assert tmcm34x.now >= 0.1
+
+        def test_plain(tmcm34x):
+            assert tmcm34x.model == 343
+        """,
+        "--strict-markers",
+        "-v",
+    )
+    result.assert_outcomes(passed=4)
+    result.stdout.fnmatch_lines(["*test_models?341? PASSED*", "*test_models?342? PASSED*"])
+
+
+def test_the_factory_makes_several_modules(run):
+    result = run("""
+        def test_two(tmcm34x_factory):
+            first, second = tmcm34x_factory(341, seed=1), tmcm34x_factory(bench="[[module]]\\nmodel = 342\\n")
+            assert (first.model, second.model) == (341, 342)
+            assert first.port != second.port
+    """)
+    result.assert_outcomes(passed=1)
+
+
+@pytest.mark.parametrize(
+    ("marker", "problem"),
+    [
+        ("tmcm34x_model(344)", "the marker tmcm34x_model takes 341, 342 and 343"),
+        ("tmcm34x_model()", "the marker tmcm34x_model takes 341, 342 and 343"),
+        ("tmcm34x_bench()", "the marker tmcm34x_bench takes one argument"),
+        ('tmcm34x_bench("gone.toml")', "gone.toml: No such file"),
+        ('tmcm34x_pace("fast")', "pace is 'virtual' or a factor of real time"),
+    ],
+)
+def test_a_marker_that_is_wrong_says_so(run, marker, problem):
+    result = run(f"import pytest\n\n@pytest.mark.{marker}\ndef test_it(tmcm34x):\n    pass\n")
+    assert problem in result.stdout.str() + result.stderr.str()
+
+
+def test_a_failed_test_shows_what_happened(run, pytester):
+    result = run(
+        """
+        def test_it(tmcm343):
+            host = tmcm343.connect()
+            host.axes[1].move_to(3000)
+            tmcm343.run(2)
+            assert tmcm343.motor(1).position == 0
+        """,
+        "--tmcm34x-plots",
+        "plots",
+    )
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(
+        [
+            "*TMCM-343*",
+            "telegrams",
+            "*> *MVP ABS, 1, 3000",
+            "*motor 1: position 3000, target 3000, speed 0",
+            "motor 1 *0..3000",
+            "*test_it.py-test_it.svg",
+        ]
+    )
+    (plot,) = (pytester.path / "plots").iterdir()
+    assert plot.read_text().startswith("<svg")
+
+
+def test_a_test_without_a_module_imports_nothing_of_it(pytester):
+    pytester.makepyfile(
+        test_it="""
+        import sys
+
+        def test_it():
+            loaded = {name for name in sys.modules if name.startswith("tmcm34x")}
+            assert loaded <= {"tmcm34x", "tmcm34x.pytest_plugin"}
+            assert "serial" not in sys.modules
+        """
+    )
+    pytester.runpytest_subprocess(*QUICKLY).assert_outcomes(passed=1)
+
+
+def test_it_works_under_xdist(run):
+    result = run(
+        """
+        import pytest
+        import serial
+
+        @pytest.mark.parametrize("n", range(6))
+        def test_it(tmcm343, n):
+            with serial.Serial(tmcm343.port, timeout=5) as port:
+                port.write(bytes.fromhex("01 06 04 00 00 00 00 00 0b"))
+                assert len(port.read(9)) == 9
+        """,
+        "-n",
+        "2",
+    )
+    result.assert_outcomes(passed=6)
+
+
+# Sessions
+
+
+def test_session_files_are_tests(run, pytester):
+    pytester.makefile(".session", good="== reads\n# links: serial\n> GAP 4, 0\n< 100 1000\n")
+    pytester.makefile(".session", bad="# models: 343\n== wrong\n# links: can\n> GAP 4, 0\n< 100 7\n")
+    result = run("")
+    result.assert_outcomes(passed=3, failed=1)
+    result.stdout.fnmatch_lines(
+        ["*wrong?343-can?*", "*bad.session:5: < 100 7", "*expected*value 7", "*got*value 1000*"]
+    )
+
+
+def test_a_session_file_that_cannot_be_read_is_an_error(run, pytester):
+    pytester.makefile(".session", bad="== wrong\n> FOO\n")
+    result = run("")
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*bad.session:2:3: unknown command FOO*"])
+
+
+# Real hardware, as which a served module serves
+
+
+TESTS = """
+    import serial
+
+    def test_reads(tmcm343):
+        with serial.Serial(tmcm343.port, timeout=5) as port:
+            port.write(bytes.fromhex("01 06 04 00 00 00 00 00 0b"))
+            assert len(port.read(9)) == 9
+        tmcm343.motor(0).max_speed = 900
+        assert tmcm343.motor(0).max_speed == 900
+        assert tmcm343.command("MVP ABS, 0, 1000") == (100, 1000)
+        assert tmcm343.until("GAP 8, 0 is 100 1", timeout=5) > 0
+        assert tmcm343.motor(0).position == 1000
+
+    def test_needs_a_bench(tmcm343):
+        tmcm343.press("left", 0)
+
+    def test_another_model(tmcm341):
+        pass
+"""
+
+
+def test_the_same_tests_run_on_a_port(serve, run, pytester):
+    pytester.makefile(".session", good="# models: 343\n== reads\n# links: serial\n> GAP 4, 1\n< 100 1000\n")
+    served = serve("--pty", "--speed", "10")
+    result = run(TESTS, f"--tmcm34x-port={served.pty}", "-rs")
+    result.assert_outcomes(passed=2, skipped=2)
+    result.stdout.fnmatch_lines(
+        [
+            "*'switch' of a bench is not available on a real module",
+            "*is a TMCM-343",
+        ]
+    )
+
+
+def test_a_port_without_a_module_ends_the_run(run):
+    result = run(TESTS, "--tmcm34x-port=/dev/nothing")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    assert "--tmcm34x-port: cannot open /dev/nothing" in result.stdout.str() + result.stderr.str()
+
+
+# unittest
+
+
+def test_plain_unittest_has_the_context_manager(pytester):
+    path = pytester.makepyfile(
+        test_unit="""
+        import unittest
+
+        from tmcm34x.testing import VirtualModule
+
+        class Test(unittest.TestCase):
+            def setUp(self):
+                self.module = self.enterContext(VirtualModule(343))
+
+            def test_it(self):
+                self.module.command("MVP ABS, 0, 500")
+                self.module.until("motor 0 at 500")
+
+        if __name__ == "__main__":
+            unittest.main()
+        """
+    )
+    result = subprocess.run([sys.executable, str(path)], capture_output=True, text=True, check=False)
+    assert (result.returncode, "OK" in result.stderr) == (0, True)
