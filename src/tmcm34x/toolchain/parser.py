@@ -40,6 +40,7 @@ _DATA: Final = re.compile(rf"//!{_BLANKS}(DATA)\b", re.IGNORECASE | re.ASCII)
 _INCLUDE: Final = re.compile(rf"{_BLANKS}(#{_BLANKS}(\w*)){_BLANKS}", re.ASCII)
 
 
+_FOREIGN_COMMENT: Final = re.compile(rf"[{BLANKS}]++(;|#|'|--|/\*)")
 _MOST_OPERANDS: Final = 8
 """Operands of a line that are looked at; no command has more than three, or four numbers in a DATA line."""
 
@@ -212,4 +213,11 @@ def _include(text: str) -> Line:
     if not name:
         return Line((), None, comment, (Problem("E103", start, end, "the name of a file is missing"),))
     place = text.index(name, position)
+    foreign = _FOREIGN_COMMENT.search(name)
+    if foreign is not None:
+        column = place + foreign.start(1)
+        reason = f"a comment begins with //, not with {foreign[1]!r}"
+        problem = Problem("E101", column, column + len(foreign[1]), reason, "//")
+        name = name[: foreign.start()]
+        return Line((), Include(unquoted(name), place, place + len(name)), column, (problem,))
     return Line((), Include(unquoted(name), place, place + len(name)), comment, ())

@@ -15,7 +15,7 @@ from tmcm34x.toolchain import parser
 from tmcm34x.toolchain.diagnostics import shown
 from tmcm34x.toolchain.expressions import Expression, Operand
 from tmcm34x.toolchain.mending import words
-from tmcm34x.toolchain.mending.lines import LONGEST, Change, Repair, changed, guess, repair, sound
+from tmcm34x.toolchain.mending.lines import LONGEST, Change, Repair, changed, guess, repair, sound, suits
 from tmcm34x.toolchain.tokens import BLANKS, Token, tokenize
 
 _MOST: Final = 300
@@ -214,12 +214,21 @@ class _File:
             or tokens[0].text.upper() in (*BY_MNEMONIC, *FOREIGN_COMMANDS)
         ):
             return False
-        if any(token.text in "=:" for token in tokens):
+        if any(token.text in "=:" for token in tokens) or self.lacks_colon(index):
             return False
         start = tokens[0].start
         what = "this reads like the rest of the comment above: // is missing"
         changes = ((start, start, "// "),)
         return self.take(index, Repair("E101", start, tokens[-1].end, what, changes, "rest of comment"))
+
+    def lacks_colon(self, index: int) -> bool:
+        """Whether a line is a command behind a label without its colon."""
+        found = next((problem for problem in self.lines[index].problems if problem.replacement), None)
+        if found is None or found.code != "E103" or found.replacement is None:
+            return False
+        return suits(
+            parser.parse_line(changed(self.texts[index], ((found.start, found.end, found.replacement),)))
+        )
 
     def guessed(self, index: int) -> None:
         """Says what a line may have meant where that is not certain."""

@@ -36,7 +36,7 @@ _DECLARED: Final = re.compile(rf"((?:CONST|LET|VAR|INT)\s+){_NAME}\s*=", re.ASCI
 _DEFINED: Final = re.compile(rf"(#\s*DEFINE\s+)({_NAME})(?=\s)", re.ASCII | re.IGNORECASE)
 _DIRECTIVE: Final = re.compile(r"(#?\s*)(\w+)(?=\s+\S)", re.ASCII)
 _NUMBERED: Final = re.compile(r"\s*(\d+\s*[.)|]?\s+)(?=[A-Za-z_/])", re.ASCII)
-_MARKED: Final = re.compile(rf"\s*({_NAME})\s*([;.,])(?=\s*[A-Za-z])", re.ASCII)
+_MARKED: Final = re.compile(rf"\s*({_NAME})\s*(;|,|\.(?=\s))(?=\s*[A-Za-z])", re.ASCII)
 _BEFORE: Final = re.compile(rf"\s*(:)\s*({_NAME})(?=\s*(?://|\Z|[A-Za-z]))", re.ASCII)
 _COLON: Final = "a label has its ':' only where it is defined"
 _ANY_DIRECTIVE: Final = re.compile(
@@ -145,6 +145,8 @@ def suits(line: parser.Line) -> bool:
     if not sound(line) or not isinstance(statement, parser.Command):
         return False
     row = BY_MNEMONIC[statement.mnemonic.upper()]
+    if len(statement.operands) > len(row.operands):
+        return False
     given = {
         operand.field: (operand, int(written.text))
         for operand, written in zip(row.operands, statement.operands, strict=False)
@@ -357,9 +359,20 @@ def _glued(line: _Text) -> Iterator[Repair]:
         return
     first = tokenize(line.text, line.rest, line.end)[:1]
     for word, _ in sorted(line.row.operands[0].words, key=lambda item: -len(item[0])):
-        if first and first[0].text.upper().startswith(word) and len(first[0].text) > len(word):
+        written = first[0].text.upper() if first else ""
+        left = written.removeprefix(word)
+        if (
+            written != left
+            and left
+            and written not in line.labels
+            and (left.isdecimal() or not _jumps(line.row))
+        ):
             place = first[0].start + len(word)
             yield _change("E103", f"',' is missing behind {word}", (place, place, ", "))
+
+
+def _jumps(row: Row) -> bool:
+    return row.operands[-1].kind == "address"
 
 
 def _split(line: _Text) -> Iterator[Repair]:
