@@ -24,9 +24,10 @@ check: $(VENV)/.test
 	$(BIN)/lint-imports
 	$(BIN)/pyright
 
-# One simulated week of random commands and faults (docs/sessions.md).
+# One simulated week of random commands and faults (docs/sessions.md); 1,000 killed servers.
 soak: $(VENV)/.test
 	SOAK_HOURS=168 $(BIN)/pytest -n $(JOBS) tests/test_soak.py
+	SOAK_KILLS=1000 $(BIN)/pytest tests/server/test_store.py
 
 bench: $(VENV)/.test
 	for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done

@@ -1,7 +1,7 @@
 """`tmcm34x serve` as scripts and people use it."""
 
 import os
-import random
+import resource
 import signal
 import socket
 import subprocess
@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from tmcm34x.firmware.changes import ENTRY_SIZE
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.tmcl.datagram import Instruction, pack_request, unpack_reply
 
@@ -145,28 +146,54 @@ def test_the_image_is_written_soon_after_a_change(serve, tmp_path, wait_for):
         assert wait_for(lambda: Eeprom.from_bytes(path.read_bytes()).global_values[68] == 4321, 2)
 
 
-def test_killed_at_any_point_it_leaves_a_whole_image(tmp_path):
+def test_an_image_with_a_journal_is_taken_up(serve, tmp_path):
     path = tmp_path / "memory"
-    delays = random.Random(34)
-    values = []
-    for _ in range(6):
-        with (
-            subprocess.Popen(
-                [COMMAND, "serve", "--tcp", "0", "--eeprom", path], stdout=subprocess.PIPE, text=True
-            ) as process,
-            Socket(process.stdout.readline().split()[2]) as client,
-        ):
-            last = client.ask(10, 68, 0).value
-            values.append(last)
-            end = time.monotonic() + 0.05 + 0.1 * delays.random()
-            while time.monotonic() < end:
-                last = (last + 1) % 60_000
-                client.ask(9, 68, 0, last)
-            process.kill()
-        assert process.returncode == -signal.SIGKILL
-        Eeprom.from_bytes(path.read_bytes())
-    assert values == sorted(values)
-    assert values[-1] > 0
+    served = serve("--tcp", 0, "--eeprom", path)
+    with Socket(served.tcp) as client:
+        client.ask(9, 68, 0, 4321)
+    served.process.kill()
+    assert served.process.wait() == -signal.SIGKILL
+    assert len(path.read_bytes()) == len(Eeprom().to_bytes()) + ENTRY_SIZE
+    path.write_bytes(path.read_bytes() + b"half an entry")
+    with subprocess.Popen(
+        [COMMAND, "serve", "--tcp", "0", "--eeprom", path],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        with Socket(process.stdout.readline().split()[2]) as client:
+            assert client.ask(10, 68, 0).value == 4321
+        process.terminate()
+        line = f"tmcm34x serve: {path}: left out 13 bytes at the end of a write that was never finished\n"
+        assert (process.stderr.read(), process.wait(10)) == (line, 0)
+
+
+def test_a_memory_that_was_not_saved_is_known_at_the_end(tmp_path):
+    path = tmp_path / "memory"
+    path.write_bytes(Eeprom().to_bytes())
+    size = path.stat().st_size
+    script = (
+        "import resource, signal, sys; from tmcm34x.cli import main\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        f"resource.setrlimit(resource.RLIMIT_FSIZE, ({size}, {size}))\n"
+        "sys.argv[1:] = ['serve', '--tcp', '0', '--eeprom', sys.argv[1]]\n"
+        "main()\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", script, path], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        with Socket(process.stdout.readline().split()[2]) as client:
+            assert client.ask(9, 68, 0, 4321).status == 100
+            # From now on not even an image of the same size fits.
+            resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (1000, 1000))
+        process.terminate()
+        lines = process.stderr.read().splitlines()
+        assert process.wait(10) == 2
+    assert lines == [
+        f"tmcm34x serve: memory not saved: {path}: File too large; trying again every second",
+        f"tmcm34x serve: the last memory was not saved: {path}: File too large",
+    ]
+    assert path.read_bytes() == Eeprom().to_bytes()
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import copy
+import pickle
 import struct
 import zlib
 
@@ -8,7 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tmcm34x.board.models import MODELS
-from tmcm34x.firmware.storage import STORED_AXIS_PARAMETERS, STORED_GLOBAL_PARAMETERS, Eeprom, EepromError
+from tmcm34x.firmware.changes import ENTRY_SIZE, Cell, Change
+from tmcm34x.firmware.storage import (
+    STORED_AXIS_PARAMETERS,
+    STORED_GLOBAL_PARAMETERS,
+    Eeprom,
+    EepromError,
+    begin_journal,
+    without_unfinished,
+)
 from tmcm34x.tmcl.datagram import Instruction
 
 
@@ -50,22 +60,108 @@ def test_a_fresh_memory_is_as_delivered():
     assert eeprom.revision == 0
 
 
+WRITES = {
+    Cell.AXIS_PARAMETER: lambda eeprom: eeprom.set_axis_value(2, 4, 5),
+    Cell.GLOBAL_PARAMETER: lambda eeprom: eeprom.set_global_value(77, 1),
+    Cell.USER_VARIABLE: lambda eeprom: eeprom.set_variable(3, -(2**31)),
+    Cell.COORDINATE: lambda eeprom: eeprom.set_coordinate(20, 2, -5),
+    Cell.DRIVER_CHAIN: lambda eeprom: eeprom.set_driver_chain(bytes(range(64))),
+    Cell.MICROSTEP_TABLE: lambda eeprom: eeprom.set_microstep_table(bytes(range(63, -1, -1))),
+    Cell.INSTRUCTION: lambda eeprom: eeprom.write_instruction(2047, Instruction(255, 254, 253, -(2**31))),
+    Cell.PROGRAM_ERASED: Eeprom.erase_program,
+    Cell.DEFAULTS: Eeprom.restore_defaults,
+}
+
+
 def test_every_write_counts():
     eeprom = Eeprom()
-    writes = (
-        lambda: eeprom.set_axis_value(0, 4, 5),
-        lambda: eeprom.set_global_value(77, 1),
-        lambda: eeprom.set_variable(3, 4),
-        lambda: eeprom.set_coordinate(20, 2, 5),
-        lambda: eeprom.set_driver_chain(bytes(64)),
-        lambda: eeprom.set_microstep_table(bytes(64)),
-        lambda: eeprom.write_instruction(9, Instruction(1)),
-        eeprom.erase_program,
-        eeprom.restore_defaults,
-    )
-    for count, write in enumerate(writes, 1):
-        write()
+    for count, write in enumerate(WRITES.values(), 1):
+        write(eeprom)
         assert eeprom.revision == count
+
+
+def with_journal(eeprom, *cells):
+    """Image and journal of a memory in which some cells are written."""
+    image = eeprom.to_bytes()
+    chain, journal = begin_journal(image), bytearray()
+
+    def note(changes):
+        journal.extend(chain.seal(changes))
+
+    eeprom.listeners.append(note)
+    for cell in cells:
+        WRITES[cell](eeprom)
+    return image + journal
+
+
+@pytest.mark.parametrize("cell", Cell, ids=lambda cell: cell.name)
+def test_a_journal_repeats_each_kind_of_write(cell):
+    eeprom = filled(343, 77)
+    before = eeprom.to_bytes()
+    data = with_journal(eeprom, cell)
+    assert eeprom.to_bytes() != before
+    assert Eeprom.from_bytes(data).to_bytes() == eeprom.to_bytes()
+
+
+def test_a_listener_gets_what_was_written():
+    eeprom, changes = Eeprom(), []
+    eeprom.listeners.append(changes.append)
+    eeprom.set_variable(3, 4)
+    eeprom.set_driver_chain(bytes(64))
+    assert changes[0] == (Change(Cell.USER_VARIABLE, 0, 3, 4),)
+    assert len(changes[1]) == 8
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))])
+def test_a_copy_has_no_listeners(copied):
+    eeprom, changes = filled(341, 9), []
+    eeprom.listeners.append(changes.append)
+    other = copied(eeprom)
+    other.set_variable(3, 4)
+    assert not changes
+    assert other.model == 341
+
+
+JOURNAL = with_journal(Eeprom(343), *Cell, *Cell)
+IMAGE_SIZE = len(Eeprom(343).to_bytes())
+
+
+@settings(max_examples=500, deadline=None)
+@given(st.integers(IMAGE_SIZE - 8, len(JOURNAL) - 1), st.integers(1, 255))
+def test_no_damage_of_a_journal_gets_through(index, mask):
+    damaged = JOURNAL[:index] + bytes((JOURNAL[index] ^ mask,)) + JOURNAL[index + 1 :]
+    with pytest.raises(EepromError, match=r"damaged: wrong CRC") as error:
+        Eeprom.from_bytes(without_unfinished(damaged))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("first", range(5))
+def test_an_entry_that_is_missing_or_in_another_place_is_found(first):
+    start = IMAGE_SIZE + first * ENTRY_SIZE
+    one, two, rest = (
+        JOURNAL[start : start + ENTRY_SIZE],
+        JOURNAL[start + ENTRY_SIZE : start + 2 * ENTRY_SIZE],
+        JOURNAL[start + 2 * ENTRY_SIZE :],
+    )
+    for changed in (two + rest, two + one + rest, one + one + two + rest):
+        with pytest.raises(EepromError, match=f"journal entry {first + 1}|journal entry {first + 2}"):
+            Eeprom.from_bytes(JOURNAL[:start] + changed)
+
+
+def test_a_journal_of_another_image_is_found():
+    with pytest.raises(EepromError, match="journal entry 1"):
+        Eeprom.from_bytes(Eeprom(342).to_bytes() + JOURNAL[IMAGE_SIZE:])
+
+
+@pytest.mark.parametrize("cut", range(1, 2 * ENTRY_SIZE))
+def test_entries_that_were_never_finished_are_left_out(cut):
+    """What a power failure leaves: a piece of an entry, or a file that was made longer and not filled."""
+    torn = JOURNAL[:-cut]
+    whole = without_unfinished(torn)
+    assert whole == JOURNAL[: len(JOURNAL) - -(-cut // ENTRY_SIZE) * ENTRY_SIZE]
+    Eeprom.from_bytes(whole)
+    assert without_unfinished(whole + bytes(cut)) == whole
+    assert without_unfinished(JOURNAL + bytes(cut)) == JOURNAL
 
 
 def test_defaults_leave_the_program():
@@ -99,7 +195,7 @@ GOOD = Eeprom(343).to_bytes()
         (b"\x7fELF" + bytes(2000), "not an EEPROM image"),
         (GOOD[:10], "incomplete"),
         (GOOD[:-1], "bytes instead of"),
-        (GOOD + b"\0", "bytes instead of"),
+        (GOOD + b"\0", "1 bytes too many"),
         (GOOD[:400] + bytes((GOOD[400] ^ 1,)) + GOOD[401:], "wrong CRC"),
         (GOOD[:4] + b"\x02\x00" + GOOD[6:], "format 2"),
         (sealed(GOOD[:6] + b"\x5e\x01" + GOOD[8:]), "unknown module type 350"),

@@ -77,13 +77,65 @@ def test_of_two_that_find_no_file_only_one_may_create_it(tmp_path):
     assert path.read_bytes() == b"first"
 
 
-def test_a_left_over_of_a_killed_process_is_no_hindrance(tmp_path):
-    path = tmp_path / "image"
-    (tmp_path / ".image.new").write_bytes(b"half an image, longer than the new one")
+def test_what_killed_processes_have_left_is_removed(tmp_path):
+    path = tmp_path / "im[a]ge*"
+    path.write_bytes(b"old")
+    stale, other = tmp_path / ".im[a]ge*.0123456789abcdef.new", tmp_path / ".image.0123456789abcdef.new"
+    stale.write_bytes(b"half an image, longer than the new one")
+    other.write_bytes(b"of another module")
     file = EepromFile(path)
     file.save(b"whole")
     assert path.read_bytes() == b"whole"
-    assert list(tmp_path.iterdir()) == [path]
+    assert set(tmp_path.iterdir()) == {path, other}
+
+
+def test_the_new_file_of_a_living_process_is_left_alone(tmp_path):
+    path = tmp_path / "image"
+    path.write_bytes(b"old")
+    file = EepromFile(path)
+    new = file.prepare(b"new")
+    file._remove_left_overs()
+    assert new.path.exists()
+    file.publish(new)
+    assert path.read_bytes() == b"new"
+
+
+def test_links_that_somebody_has_put_there_are_not_followed(tmp_path, monkeypatch):
+    """The name of the new file cannot be guessed; and if it could, nothing would be written through a link."""
+    path, victim = tmp_path / "image", tmp_path / "victim"
+    path.write_bytes(b"old")
+    victim.write_bytes(b"precious")
+    monkeypatch.setattr("secrets.token_hex", lambda _: "guessed")
+    for link in (tmp_path / ".image.new", tmp_path / ".image.guessed.new"):
+        link.symlink_to(victim)
+    file = EepromFile(path)
+    with pytest.raises(EepromFileError, match="File exists"):
+        file.save(b"new")
+    assert (victim.read_bytes(), path.read_bytes()) == (b"precious", b"old")
+
+
+def test_entries_are_appended_and_a_new_image_has_none(tmp_path):
+    path = tmp_path / "image"
+    file = EepromFile(path)
+    file.save(b"image")
+    file.append(b" one")
+    file.append(b" two")
+    assert path.read_bytes() == b"image one two"
+    assert file.load() == b"image one two"
+    file.append(b" three")
+    new = file.prepare(b"next")
+    file.publish(new, b" four")
+    file.append(b" five")
+    assert path.read_bytes() == b"next four five"
+
+
+@pytest.mark.parametrize("kind", ["fifo", "device"])
+def test_what_is_no_file_is_refused_at_once(tmp_path, kind):
+    path = tmp_path / "image" if kind == "fifo" else "/dev/null"
+    if kind == "fifo":
+        os.mkfifo(path)
+    with pytest.raises(EepromFileError, match="not a file"):
+        EepromFile(path)
 
 
 @pytest.mark.parametrize("path", ["/no/such/folder/image", "/proc/image"])
@@ -106,14 +158,18 @@ def test_a_full_disk_leaves_the_old_image(tmp_path):
         "from tmcm34x.server.eeprom_file import EepromFile, EepromFileError\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\n"
-        "try:\n"
-        "    EepromFile(sys.argv[1]).save(bytes(20_000))\n"
-        "except EepromFileError as error:\n"
-        "    print(error)\n"
+        "file = EepromFile(sys.argv[1])\n"
+        "file.load()\n"
+        "for action, data in ((file.save, bytes(20_000)), (file.append, bytes(998)), (file.append, b'!')):\n"
+        "    try:\n"
+        "        action(data)\n"
+        "    except EepromFileError as error:\n"
+        "        print(error)\n"
     )
     result = subprocess.run([sys.executable, "-c", script, path], capture_output=True, text=True, check=True)
-    assert result.stdout == f"{path}: File too large\n"
-    assert path.read_bytes() == b"old"
+    assert result.stdout == f"{path}: File too large\n{path}: the disk is full\n"
+    assert path.read_bytes() == b"old!"
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_process_killed_at_any_point_leaves_a_whole_image(tmp_path):
@@ -133,5 +189,5 @@ def test_a_process_killed_at_any_point_leaves_a_whole_image(tmp_path):
         assert len(set(image)) == 1
         seen.add(image[0])
     assert len(seen) > 1  # they did write
-    assert {entry.name for entry in tmp_path.iterdir()} <= {"image", ".image.new"}
-    assert os.access(path, os.R_OK)
+    EepromFile(path).close()
+    assert list(tmp_path.iterdir()) == [path]

@@ -167,27 +167,24 @@ def _target(options: dict[str, Any], telegrams: Telegrams) -> Target:
 
 def _virtual(options: dict[str, Any], telegrams: Telegrams) -> Target:
     from tmcm34x.bench import BenchError, load, simple_rig
-    from tmcm34x.firmware.storage import Eeprom, EepromError
+    from tmcm34x.cli.memory import keep, open_eeprom
+    from tmcm34x.firmware.storage import EepromError
     from tmcm34x.ide.virtual import Virtual
-    from tmcm34x.server import EepromFile, EepromFileError, Server, Store
+    from tmcm34x.server import Server
 
     path: str | None = options["eeprom"]
     file = eeprom = None
     try:
         if path is not None:
-            file = EepromFile(path)
-            image = file.load()
-            eeprom = None if image is None else Eeprom.from_bytes(image)
+            file, eeprom = open_eeprom(Path(path), _report)
         if options["bench"]:
             rig, place = load(options["bench"], [eeprom]), options["bench"].name
         else:
             number = int(options["model"] or (eeprom.model if eeprom else 343))
             rig, place = simple_rig(number, eeprom), "bare motors"
-        if file is not None and eeprom is None:
-            file.save(rig.modules[0].eeprom.to_bytes())
-    except (EepromFileError, EepromError, BenchError) as error:
+    except (EepromError, BenchError) as error:
         raise CliError(str(error)) from error
-    stores = [] if file is None else [Store(rig.modules[0].eeprom, file, _report)]
+    stores = [] if file is None else [keep(rig.modules[0].eeprom, file, _report)]
     return Virtual(Server(rig, stores=stores, log=telegrams), place, path or "")
 
 

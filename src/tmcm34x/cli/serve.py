@@ -16,10 +16,11 @@ import click
 from tmcm34x import clock
 from tmcm34x.bench import BenchError, Rig, simple_rig
 from tmcm34x.cli import CliError, FiniteRange, link_options, user_functions
+from tmcm34x.cli.memory import keep, open_eeprom
 from tmcm34x.firmware.storage import Eeprom, EepromError
 from tmcm34x.links import CanLink, Link
 from tmcm34x.links.pty import PtyLink
-from tmcm34x.server import EepromFile, EepromFileError, Server, Store, TelegramLog
+from tmcm34x.server import Server, Store, TelegramLog
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
@@ -66,6 +67,11 @@ Examples:
     metavar="FILE",
     help="Image of the non-volatile memory; created when missing. Without it, memory lasts as long as the process. "
     "With --bench: once for each module, in order.",
+)
+@click.option(
+    "--durable",
+    is_flag=True,
+    help="Have each change of the memory on the disk before its reply: nothing is lost when the computer loses power.",
 )
 @click.option(
     "--program",
@@ -131,7 +137,10 @@ def command(context: click.Context, **options: Any) -> int:
             paced=options["pace"],
             faults=_arm(options),
         )
-        return asyncio.run(_serve(server, _make_links(options), link_options.make_can_links(options, rig)))
+        status = asyncio.run(_serve(server, _make_links(options), link_options.make_can_links(options, rig)))
+        if lost := [store.error for store in stores if store.error]:
+            raise CliError(f"the last memory was not saved: {lost[0]}")
+        return status
 
 
 def _arm(options: dict[str, Any]) -> Faults | None:
@@ -162,7 +171,9 @@ def _build(
     stack: contextlib.ExitStack,
 ) -> tuple[Rig, list[Store]]:
     """The modules with their memories, and what keeps these in files."""
-    files = [_open_eeprom(path, stack) for path in options["eeproms"]]
+    files = [open_eeprom(path, _report) for path in options["eeproms"]]
+    for file, _ in files:
+        stack.callback(file.close)
     eeproms = [eeprom for _, eeprom in files]
     try:
         rig = _load_bench(context, options, eeproms) if options["bench"] else _build_module(options, eeproms)
@@ -178,14 +189,11 @@ def _build(
         module.reset()
     if options["run"]:
         module.program.run(0)
+    durable = options["durable"]
     stores = [
-        Store(module.eeprom, file, _report) for module, (file, _) in zip(rig.modules, files, strict=False)
+        keep(module.eeprom, file, _report, durable=durable)
+        for module, (file, _) in zip(rig.modules, files, strict=False)
     ]
-    try:
-        for store in stores:
-            store.save_now()
-    except EepromFileError as error:
-        raise CliError(str(error)) from error
     return rig, stores
 
 
@@ -220,19 +228,6 @@ def _read_program(path: Path) -> tuple[Instruction, ...]:
         print_diagnostics(assembly.diagnostics, assembly.sources)
         raise click.exceptions.Exit(1)
     return assembly.program
-
-
-def _open_eeprom(path: Path, stack: contextlib.ExitStack) -> tuple[EepromFile, Eeprom | None]:
-    """An image file and the memory in it, if there is one yet."""
-    try:
-        file = EepromFile(path)
-        stack.callback(file.close)
-        image = file.load()
-        return file, None if image is None else Eeprom.from_bytes(image)
-    except EepromFileError as error:
-        raise CliError(str(error)) from error
-    except EepromError as error:
-        raise CliError(f"{path}: {error}") from error
 
 
 def _open_log(path: str | None, stack: contextlib.ExitStack) -> TelegramLog | None:

@@ -14,9 +14,10 @@ body      u8 count of axis parameters, then for each: u8 number, three i32
           56 i32 user variables; 3 times 20 i32 coordinates; 64 bytes driver chain; 64 bytes microstep table;
           2,048 times 7 bytes of program: command, type, motor, value most significant byte first
 u32       CRC-32 of everything before
+          entries of a journal (`changes`): what was written since
 
 A parameter that an image lacks has its factory default; one that this firmware does not know is an error.
-No file is touched here: whoever owns the file watches `revision`.
+No file is touched here: whoever owns the file is a listener and gets every change, before the command is answered.
 
 Source: manual 2.1, 6.7.7 to 6.7.12 and 8; what is stored and what 137 resets: fidelity FW-10 to FW-12.
 """
@@ -25,10 +26,11 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Callable, Sequence
+from typing import Any, Final
 
 from tmcm34x.board.models import CELLS, MICROSTEP_TABLE, MODELS
+from tmcm34x.firmware.changes import ENTRY_SIZE, TABLE_CELLS, Cell, Chain, Change, JournalError, unfinished
 from tmcm34x.tmcl import axis_parameters, global_parameters
 from tmcm34x.tmcl.commands import (
     COORDINATES,
@@ -51,6 +53,7 @@ _GLOBAL: Final = struct.Struct("<Bi")
 _VARIABLES: Final = struct.Struct(f"<{USER_VARIABLES}i")
 _COORDINATES: Final = struct.Struct(f"<{COORDINATES - 1}i")
 _INSTRUCTION: Final = struct.Struct(">BBBi")
+_RECORD: Final = struct.Struct(f"{INSTRUCTION_SIZE}s")
 _PROGRAM_BYTES: Final = PROGRAM_SIZE * INSTRUCTION_SIZE
 
 STORED_AXIS_PARAMETERS: Final = {
@@ -68,10 +71,15 @@ class EepromError(ValueError):
     """Bytes that are no EEPROM image of this product; the text says in one line what is wrong with them."""
 
 
+Listener = Callable[[Sequence[Change]], object]
+"""Gets changes that have just been made."""
+
+
 class Eeprom:
     """Non-volatile memory of one module of type `model`, fresh from the factory.
 
-    Read the tables freely; write through the methods, which count in `revision`.
+    Read the tables freely; write through the methods, which count in `revision` and call the listeners.
+    Copies have no listeners.
     """
 
     __slots__ = (
@@ -79,6 +87,7 @@ class Eeprom:
         "coordinates",
         "driver_chain",
         "global_values",
+        "listeners",
         "microstep_table",
         "model",
         "program",
@@ -89,6 +98,8 @@ class Eeprom:
     def __init__(self, model: int = 343) -> None:
         self.model = model
         self.revision = 0
+        self.listeners: list[Listener] = []
+        """Called with each write, or with several that belong together."""
         self.program = bytearray(_PROGRAM_BYTES)
         self.axis_values: list[dict[int, int]] = []
         """For each motor: value by number of the storable axis parameters."""
@@ -102,6 +113,19 @@ class Eeprom:
         self.restore_defaults()
         self.revision = 0
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in self.__slots__ if name != "listeners"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.listeners = []
+        for name, value in state.items():
+            setattr(self, name, value)
+
+    def _changed(self, *changes: Change) -> None:
+        self.revision += 1
+        for listener in self.listeners:
+            listener(changes)
+
     def restore_defaults(self) -> None:
         """Put every setting back to its factory default; the program stays (fidelity FW-11)."""
         defaults = {row.number: row.default for row in STORED_AXIS_PARAMETERS[self.model]}
@@ -111,7 +135,7 @@ class Eeprom:
         self.coordinates = [[0] * (COORDINATES - 1) for _ in range(MOTORS)]
         self.driver_chain = MODELS[self.model].driver_chain
         self.microstep_table = MICROSTEP_TABLE
-        self.revision += 1
+        self._changed(Change(Cell.DEFAULTS))
 
     @property
     def locked(self) -> bool:
@@ -121,32 +145,32 @@ class Eeprom:
     def set_axis_value(self, motor: int, number: int, value: int) -> None:
         """Store an axis parameter."""
         self.axis_values[motor][number] = value
-        self.revision += 1
+        self._changed(Change(Cell.AXIS_PARAMETER, motor, number, value))
 
     def set_global_value(self, number: int, value: int) -> None:
         """Store a global parameter of bank 0."""
         self.global_values[number] = value
-        self.revision += 1
+        self._changed(Change(Cell.GLOBAL_PARAMETER, 0, number, value))
 
     def set_variable(self, number: int, value: int) -> None:
         """Store a user variable."""
         self.variables[number] = value
-        self.revision += 1
+        self._changed(Change(Cell.USER_VARIABLE, 0, number, value))
 
     def set_coordinate(self, coordinate: int, motor: int, position: int) -> None:
         """Store a coordinate, 1..20."""
         self.coordinates[motor][coordinate - 1] = position
-        self.revision += 1
+        self._changed(Change(Cell.COORDINATE, motor, coordinate, position))
 
     def set_driver_chain(self, cells: bytes) -> None:
         """Store the 64 cells of the driver chain."""
         self.driver_chain = cells
-        self.revision += 1
+        self._changed(*_table(Cell.DRIVER_CHAIN, cells))
 
     def set_microstep_table(self, cells: bytes) -> None:
         """Store the 64 cells of the microstep table."""
         self.microstep_table = cells
-        self.revision += 1
+        self._changed(*_table(Cell.MICROSTEP_TABLE, cells))
 
     def read_instruction(self, address: int) -> Instruction:
         """The instruction at `address`, 0..2047; erased memory is all zero."""
@@ -155,10 +179,9 @@ class Eeprom:
     def write_instruction(self, address: int, instruction: Instruction) -> None:
         """Store `instruction` at `address`, 0..2047."""
         number, type_, motor, value = instruction
-        _INSTRUCTION.pack_into(
-            self.program, address * INSTRUCTION_SIZE, number, type_, motor, signed32(value)
-        )
-        self.revision += 1
+        record = _INSTRUCTION.pack(number, type_, motor, signed32(value))
+        _RECORD.pack_into(self.program, address * INSTRUCTION_SIZE, record)
+        self._changed(Change(Cell.INSTRUCTION, 0, address, int.from_bytes(record, "little")))
 
     def write_program(self, program: Sequence[Instruction]) -> None:
         """Erase the program memory and store `program` from address 0; at most 2,048 instructions."""
@@ -171,7 +194,7 @@ class Eeprom:
     def erase_program(self) -> None:
         """Make the program memory all zero."""
         self.program = bytearray(_PROGRAM_BYTES)
-        self.revision += 1
+        self._changed(Change(Cell.PROGRAM_ERASED))
 
     def to_bytes(self) -> bytes:
         """The image, as the module docstring lays it out."""
@@ -190,16 +213,78 @@ class Eeprom:
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Eeprom:
-        """The memory in an image; `EepromError` for anything else."""
-        body, model = _open_image(data)
+        """The memory in an image and the journal behind it; `EepromError` for anything else."""
+        image, journal = split_image(data)
+        body, model = _open_image(image)
         eeprom = cls(model)
         try:
             _Reader(body).fill(eeprom)
         except (struct.error, IndexError):
             raise EepromError("EEPROM image is incomplete") from None
+        eeprom._replay(journal, _crc(image))
         _check_ranges(eeprom)
         eeprom.revision = 0
         return eeprom
+
+    def _replay(self, journal: bytes, crc: int) -> None:
+        if len(journal) % ENTRY_SIZE:
+            raise EepromError(f"EEPROM image has {len(journal) % ENTRY_SIZE} bytes too many")
+        try:
+            for change in Chain(crc).open(journal):
+                _APPLY[change.cell](self, change)
+        except (JournalError, IndexError, KeyError, ValueError, OverflowError) as error:
+            raise EepromError(f"EEPROM image is damaged: {error}") from None
+
+
+_APPLY: Final[dict[Cell, Callable[[Eeprom, Change], None]]] = {
+    Cell.AXIS_PARAMETER: lambda eeprom, c: eeprom.set_axis_value(c.motor, c.number, c.value),
+    Cell.GLOBAL_PARAMETER: lambda eeprom, c: eeprom.set_global_value(c.number, c.value),
+    Cell.USER_VARIABLE: lambda eeprom, c: eeprom.set_variable(c.number, c.value),
+    Cell.COORDINATE: lambda eeprom, c: eeprom.set_coordinate(c.number, c.motor, c.value),
+    Cell.DRIVER_CHAIN: lambda eeprom, c: eeprom.set_driver_chain(_replaced(eeprom.driver_chain, c)),
+    Cell.MICROSTEP_TABLE: lambda eeprom, c: eeprom.set_microstep_table(_replaced(eeprom.microstep_table, c)),
+    Cell.INSTRUCTION: lambda eeprom, c: eeprom.write_instruction(c.number, _instruction(c.value)),
+    Cell.PROGRAM_ERASED: lambda eeprom, _: eeprom.erase_program(),
+    Cell.DEFAULTS: lambda eeprom, _: eeprom.restore_defaults(),
+}
+
+
+def _table(cell: Cell, cells: bytes) -> tuple[Change, ...]:
+    return tuple(
+        Change(cell, 0, start, int.from_bytes(cells[start : start + TABLE_CELLS], "little"))
+        for start in range(0, len(cells), TABLE_CELLS)
+    )
+
+
+def _instruction(value: int) -> Instruction:
+    return Instruction(*_INSTRUCTION.unpack(value.to_bytes(INSTRUCTION_SIZE, "little")))
+
+
+def _replaced(cells: bytes, change: Change) -> bytes:
+    start = change.number
+    return cells[:start] + change.value.to_bytes(TABLE_CELLS, "little") + cells[start + TABLE_CELLS :]
+
+
+def split_image(data: bytes) -> tuple[bytes, bytes]:
+    """An image, as far as its header tells its length, and the journal behind it."""
+    if len(data) < _HEADER.size:
+        return data, b""
+    end = _HEADER.size + _HEADER.unpack_from(data)[3] + _CRC.size
+    return data[:end], data[end:]
+
+
+def without_unfinished(data: bytes) -> bytes:
+    """Image and journal without entries at the end that were never written to their end."""
+    return data[: len(data) - unfinished(split_image(data)[1])]
+
+
+def begin_journal(image: bytes) -> Chain:
+    """What seals the entries of a journal behind `image`."""
+    return Chain(_crc(image))
+
+
+def _crc(image: bytes) -> int:
+    return int(_CRC.unpack_from(image, len(image) - _CRC.size)[0])
 
 
 def _open_image(data: bytes) -> tuple[bytes, int]:

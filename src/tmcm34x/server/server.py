@@ -89,9 +89,17 @@ class Server:
         self._timer_s = 0.0
         self._next = _UNKNOWN
 
+    def start(self) -> None:
+        """Keep the bench at the wall clock's time on the running event loop; opening a link does it too."""
+        if self._loop is None:
+            self._loop = asyncio.get_running_loop()
+            for store in self._stores:
+                store.start()
+        self.settle()
+
     async def open(self, link: Link) -> str:
         """Serve clients of `link`; returns the address that they use.  Raises `LinkError`."""
-        self._loop = asyncio.get_running_loop()
+        self.start()
         baud_rate = link.baud_rate if self._strict_baud else None
         latency_ms = link.latency_ms + self._latency_ms
 
@@ -118,12 +126,12 @@ class Server:
 
     async def open_can(self, link: CanLink) -> str:
         """Serve clients of `link` on the modules' CAN bus; returns the address that they use.  Raises `LinkError`."""
-        self._loop = asyncio.get_running_loop()
+        self.start()
         if self._bus is None:
             self._bus = _Bus(self)
         connect = self._bus.connect
         if self.faults is not None:
-            self.faults.timing = LoopTiming(self._loop)
+            self.faults.timing = LoopTiming(asyncio.get_running_loop())
             if isinstance(link, Plug):
                 self.faults.cuts(link)
             connect = self.faults.wrap_bus(connect)
@@ -131,11 +139,6 @@ class Server:
         self._links.append(link)
         self.settle()
         return address
-
-    def start(self) -> None:
-        """Keep the bench at the wall clock's time on the running event loop, even before a link is open."""
-        self._loop = asyncio.get_running_loop()
-        self.settle()
 
     async def close(self) -> None:
         """Hang up everywhere and save what is not saved yet."""
@@ -167,10 +170,7 @@ class Server:
         return True
 
     def settle(self) -> None:
-        """Look ahead: set the timer for the next event, and have written memories saved."""
-        for store in self._stores:
-            if store.changed:
-                store.save_soon()
+        """Look ahead: set the timer for the next event."""
         self._next = when = self.rig.next_event()
         if when < clock.NEVER and self._loop is not None:
             self._set_timer(self._loop, self.pace.due_s(when))

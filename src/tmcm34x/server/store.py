@@ -1,68 +1,150 @@
-"""Keeps a module's EEPROM in its image file: soon after each write, and at the end."""
+"""Keeps a module's EEPROM in its file: every change at once in the journal, a new image when the memory is at rest.
+
+A change is in the file system before the command that made it is answered: the listener of the EEPROM writes it.  A
+process that is killed loses nothing; a computer that loses power loses what came since the last rest, unless the store
+is `durable`: then each change is on the disk before its reply.
+
+When a change cannot be written (the disk is full), the whole image is tried again once a second until there is room.
+"""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
+from tmcm34x.firmware.storage import begin_journal
 from tmcm34x.server.eeprom_file import EepromFile, EepromFileError
 
 if TYPE_CHECKING:
+    from tmcm34x.firmware.changes import Change
     from tmcm34x.firmware.storage import Eeprom
 
-DELAY_S: Final = 0.05
-"""From the first write until the image is written: a burst of writes costs one image."""
+REST_S: Final = 0.5
+"""After a time without changes as long as this the journal becomes a new image."""
+RETRY_S: Final = 1.0
+LONGEST_JOURNAL: Final = 4096
+"""Changes after which there is a new image even without a rest."""
 
 
 class Store:
-    """`eeprom` kept in `file`; `report` takes a line about an image that could not be written."""
+    """`eeprom` kept in `file`.
 
-    def __init__(self, eeprom: Eeprom, file: EepromFile, report: Callable[[str], None]) -> None:
+    report: takes a line about a memory that could not be written, or that could again
+    durable: every change is synchronised to the disk before its reply
+    """
+
+    def __init__(
+        self, eeprom: Eeprom, file: EepromFile, report: Callable[[str], None], *, durable: bool = False
+    ) -> None:
         self._eeprom = eeprom
         self._file = file
         self._report = report
-        self._saved = eeprom.revision
-        self._failed = False
+        self._durable = durable
+        self._chain = begin_journal(eeprom.to_bytes())
+        self._entries = 0
+        """Changes in the journal."""
+        self._tail: list[Change] | None = None
+        """Changes since the image was made that is just being written."""
+        self._error = ""
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._timer: asyncio.TimerHandle | None = None
         self._task: asyncio.Task[None] | None = None
+        self._last_s = 0.0
 
     @property
-    def changed(self) -> bool:
-        """Whether the EEPROM holds something that no image has, and none is on its way."""
-        return self._task is None and self._eeprom.revision != self._saved
+    def error(self) -> str:
+        """Why the file lacks changes; empty where it lacks none."""
+        return self._error
 
-    def save_now(self) -> None:
-        """Write the image unless the file holds it already.  Raises `EepromFileError`."""
+    def begin(self) -> None:
+        """Write the image unless the file holds it already, and every change from now on.
+
+        Raises `EepromFileError`.
+        """
         image = self._eeprom.to_bytes()
         if image != self._file.load():
             self._file.save(image)
-        self._saved = self._eeprom.revision
+        self._chain = begin_journal(image)
+        self._eeprom.listeners.append(self._keep)
 
-    def save_soon(self) -> None:
-        """Write the image in a moment, beside the event loop: disks are slow."""
-        self._task = asyncio.get_running_loop().create_task(self._save_later())
+    def start(self) -> None:
+        """From now on there is a running event loop, and new images are made at rest."""
+        self._loop = asyncio.get_running_loop()
+        if self._entries or self._error:
+            self._rest_later(self._loop, REST_S)
 
     async def close(self) -> None:
-        """Write what is not written yet and let go of the file."""
-        while self._task is not None:
+        """Make a last image and give the file free."""
+        if self._keep in self._eeprom.listeners:
+            self._eeprom.listeners.remove(self._keep)
+        self._loop = None
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._task is not None:
             await self._task
-        if self.changed or self._failed:
-            await self._save()
+        if self._entries or self._error:
+            await self._renew()
         self._file.close()
 
-    async def _save_later(self) -> None:
-        await asyncio.sleep(DELAY_S)
-        await self._save()
-        self._task = None
-        if self.changed:
-            self.save_soon()
+    def _keep(self, changes: Sequence[Change]) -> None:
+        """Write changes to the journal; the command that made them is answered after this."""
+        if self._tail is not None:
+            self._tail += changes
+        self._entries += len(changes)
+        if not self._error:
+            try:
+                self._file.append(self._chain.seal(changes))
+                if self._durable:
+                    self._file.synchronise(folder=False)
+            except EepromFileError as error:
+                self._fail(error)
+        if self._loop is not None:
+            self._last_s = self._loop.time()
+            if self._timer is None:
+                self._rest_later(self._loop, RETRY_S if self._error else REST_S)
 
-    async def _save(self) -> None:
-        revision, image = self._eeprom.revision, self._eeprom.to_bytes()
-        self._saved = revision
-        self._failed = False
+    def _fail(self, error: EepromFileError) -> None:
+        if not self._error:
+            self._report(f"memory not saved: {error}; trying again every second")
+        self._error = str(error)
+
+    def _rest_later(self, loop: asyncio.AbstractEventLoop, delay_s: float) -> None:
+        self._timer = loop.call_later(delay_s, self._rest)
+
+    def _rest(self) -> None:
+        """Make a new image if it is time for one."""
+        assert self._loop is not None
+        self._timer = None
+        rest_s = self._loop.time() - self._last_s
+        if rest_s < REST_S and self._entries < LONGEST_JOURNAL and not self._error:
+            self._rest_later(self._loop, REST_S - rest_s)
+        elif self._task is None:
+            self._task = self._loop.create_task(self._renew())
+            self._task.add_done_callback(self._renewed)
+
+    def _renewed(self, _: asyncio.Task[None]) -> None:
+        self._task = None
+        if (self._entries or self._error) and self._loop is not None and self._timer is None:
+            self._rest_later(self._loop, RETRY_S)
+
+    async def _renew(self) -> None:
+        """Replace the file by one with the present image, beside the event loop: disks are slow."""
+        image, self._tail = self._eeprom.to_bytes(), []
         try:
-            await asyncio.to_thread(self._file.save, image)
+            new = await asyncio.to_thread(self._file.prepare, image)
+            chain, tail = begin_journal(image), self._tail
+            self._file.publish(new, chain.seal(tail))
+            self._chain, self._entries = chain, len(tail)
+            self._tail = None
+            await asyncio.to_thread(self._file.synchronise)
         except EepromFileError as error:
-            self._failed = True
-            self._report(f"memory not saved: {error}")
+            if self._tail is None or self._error:
+                self._fail(error)
+        else:
+            if self._error:
+                self._error = ""
+                self._report("memory saved")
+        finally:
+            self._tail = None
