@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import copy
+import pickle
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -159,3 +162,21 @@ def test_before_any_comparison_only_not_equal_holds() -> None:
     )
     machine.run(registers, 7)
     assert registers.counter == 8
+
+
+def test_a_copy_of_a_machine_makes_its_own_functions() -> None:
+    machine, registers = machine_of("CALC ADD, 1", "COMP 1000000", "JC LT, 0", "STOP")
+    machine.run(registers, 5000)
+    for make in (copy.deepcopy, lambda value: pickle.loads(pickle.dumps(value))):
+        other, its = make((machine, registers))
+        assert its.contents() == registers.contents()
+        assert other.run(its, 3000) == 3000
+        assert its.contents() != registers.contents()
+
+
+def test_a_state_before_any_comparison_equals_its_copy() -> None:
+    registers = Registers([0] * 56)
+    assert pickle.loads(pickle.dumps(registers.contents())) == registers.contents()
+    other = Registers([1] * 56)
+    other.restore(registers.contents())
+    assert other.flags == registers.flags

@@ -6,9 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware.programs import direct
-from tmcm34x.bench import Rig, build
+from firmware.test_machine import register_commands
+from tmcm34x.bench import Rig, build, simple_rig
 from tmcm34x.bench.description import parse
-from tmcm34x.clock import MS, run_until
+from tmcm34x.clock import MS, pack, run_until, unpack
 from tmcm34x.tmcl.datagram import Instruction
 
 SIZE = 12
@@ -104,6 +105,37 @@ def same_in_slices(program: list[Instruction], slices: list[int]) -> bool:
 @given(PROGRAMS, st.lists(st.integers(1, 12 * MS), max_size=10))
 def test_slicing_does_not_change_what_a_program_does(program: list[Instruction], slices: list[int]) -> None:
     assert same_in_slices(program, slices)
+
+
+RESTING = st.lists(
+    st.one_of(
+        register_commands(SIZE),
+        of(27, values=st.integers(0, 3)),
+        of(14, types=st.integers(0, 7), motors=st.just(2), values=st.integers(-1, 1)),
+        of(15, types=st.sampled_from([0, 1, 255])),
+        of(28, 0),
+    ),
+    min_size=SIZE, max_size=SIZE,
+).map(lambda commands: [*commands, Instruction(22)])  # fmt: skip
+"""Programs that leave the motors alone."""
+
+
+@settings(max_examples=60, deadline=None)
+@given(RESTING, st.integers(1, 60 * MS), st.integers(1, 60 * MS))
+def test_a_program_goes_on_from_what_it_saved(program: list[Instruction], when: int, more: int) -> None:
+    first, second = (simple_rig(343) for _ in range(2))
+    for rig in (first, second):
+        rig.modules[0].eeprom.write_program(program)
+    first.modules[0].program.run(0)
+    run_until(first, when)
+    run_until(second, when)
+    saved = first.modules[0].program.save()
+    second.modules[0].board.set_outputs(first.modules[0].board.outputs)
+    second.modules[0].program.load(unpack(pack(saved)))
+    assert second.modules[0].program.digest() == first.modules[0].program.digest()
+    for rig in (first, second):
+        run_until(rig, when + more)
+    assert second.modules[0].program.save() == first.modules[0].program.save()
 
 
 def test_refused_commands_in_a_loop_are_told_in_turn() -> None:

@@ -1,6 +1,7 @@
 """The stand-alone program: its control, its commands, and the machine that runs register commands.
 
-`program`    state, control functions, time
+`program`    what others see: registers, control functions, saving
+`execution`  how time changes it; `state` and `foreign` are its vocabulary
 `wait`       what a WAIT waits for
 `memory`     download, reading back, protection
 `registers`  accumulator, X, flags, stack, user variables
@@ -9,6 +10,7 @@
 `polling`    loops that ask for what cannot change yet
 """
 
-from tmcm34x.firmware.program.program import Program, ProgramError, State
+from tmcm34x.firmware.program.program import Program
+from tmcm34x.firmware.program.state import ProgramError, State
 
 __all__ = ["Program", "ProgramError", "State"]

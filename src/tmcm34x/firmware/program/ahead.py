@@ -8,13 +8,16 @@ looked at.
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.clock import NEVER
 from tmcm34x.firmware.program.machine import Machine
 from tmcm34x.firmware.program.polling import Cycle
 from tmcm34x.firmware.program.registers import Registers
 from tmcm34x.tmcl.commands import USER_VARIABLES
+
+if TYPE_CHECKING:
+    from tmcm34x.clock import Value
 
 _SHORT_RUN: Final = 128
 _LONG_RUN: Final = 1 << 16
@@ -124,11 +127,11 @@ class Ahead:
                     scratch.load(value)
         return addresses
 
-    def save(self) -> tuple[Any, ...]:
+    def save(self) -> Value:
         """What cannot be found again by looking: where the search is."""
         return self._origin, self.next_search
 
-    def load(self, value: tuple[Any, ...]) -> None:
+    def load(self, value: Any) -> None:
         """Go back to what `save` gave."""
         self._origin, self.next_search = value
         self.until = 0

@@ -21,6 +21,7 @@ from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS, RFS_TYPES
 from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS
 
 if TYPE_CHECKING:
+    from tmcm34x.clock import Value
     from tmcm34x.firmware.module import Module
     from tmcm34x.tmcl.datagram import Instruction
 
@@ -129,7 +130,7 @@ class Polling:
         """Whether the cycle has come to its end."""
         return self.cycle is not None and now >= self.cycle.until
 
-    def save(self) -> tuple[Any, ...]:
+    def save(self) -> Value:
         """The search for a cycle as a plain value."""
         anchor = self._anchor
         seen = None if anchor is None else (
@@ -138,7 +139,7 @@ class Polling:
         )  # fmt: skip
         return None if self.cycle is None else tuple(self.cycle), seen, self._disturbed
 
-    def load(self, value: tuple[Any, ...]) -> None:
+    def load(self, value: Any) -> None:
         """Go back to what `save` gave."""
         cycle, seen, self._disturbed = value
         self.cycle = None if cycle is None else Cycle(*cycle)

@@ -6,7 +6,7 @@ Source: manual 6.7.16 to 6.7.21, 6.7.29; fidelity PROG-1 to PROG-3.
 from __future__ import annotations
 
 from math import isnan
-from typing import Any, Final, cast
+from typing import Any, Final
 
 from tmcm34x.tmcl.commands import FLAGS
 
@@ -16,7 +16,7 @@ ERROR_FLAGS: Final = {word: 1 << (number - 1) for word, number in FLAGS if numbe
 NOT_COMPARED: Final = float("nan")
 """A difference that is neither equal, greater nor lower: no COMP has been executed yet."""
 
-Contents = tuple[object, ...]
+Contents = tuple[Any, ...]
 """All registers and user variables as one value, equal for two equal states."""
 
 
@@ -37,6 +37,17 @@ class Registers:
         self.stack: list[int] = []
         self.variables = variables
         self.reset()
+
+    @property
+    def flags(self) -> dict[str, bool]:
+        """All flags that JC looks at, by name."""
+        return {
+            "zero": self.result == 0,
+            "equal": self.difference == 0,
+            "lower": self.difference < 0,
+            "greater": self.difference > 0,
+            **{word: bool(self.errors & bit) for word, bit in ERROR_FLAGS.items()},
+        }
 
     def reset(self) -> None:
         """Control function 131: everything but the user variables as after power-on."""
@@ -66,10 +77,9 @@ class Registers:
 
     def restore(self, contents: Contents) -> None:
         """Go back to a state that `contents` gave."""
-        values = cast(tuple[Any, ...], contents)
-        self.counter, self.accumulator, self.x, self.result, difference, self.errors = values[:6]
+        self.counter, self.accumulator, self.x, self.result, difference, self.errors = contents[:6]
         self.difference = NOT_COMPARED if difference is None else difference
-        self.stack[:], self.variables[:] = values[6:]
+        self.stack[:], self.variables[:] = contents[6:]
 
 
 def _plain(difference: float) -> float | None:
