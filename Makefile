@@ -7,7 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS   ?= 2
 SETUP  := pyproject.toml $(wildcard hatch_build.py web/package-lock.json)
 
-.PHONY: run test check bench soak lock web vsix clean
+.PHONY: run test check bench soak lock web fast pure vsix clean
 
 run: $(VENV)/.run
 	$(BIN)/tmcm34x ide examples/manual/5.2-first-program.tmc
@@ -49,6 +49,15 @@ $(VENV)/.test: requirements/test.txt $(VENV)/.run
 # The page of the IDE; installing the package builds it too.
 web: $(VENV)/.run
 	$(BIN)/python hatch_build.py
+
+# The core compiled in place by mypyc, and plain Python again.  Sources that change are used after the next of the two.
+fast: $(VENV)/.test
+	$(BIN)/python hatch_build.py --core
+	$(BIN)/tmcm34x --version --verbose
+
+pure: $(VENV)/.run
+	$(BIN)/python hatch_build.py --no-core
+	$(BIN)/tmcm34x --version --verbose
 
 # The extension for VS Code, as dist/tmcl-VERSION.vsix.
 vsix: $(VENV)/.run

