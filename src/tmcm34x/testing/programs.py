@@ -1,9 +1,12 @@
-"""TMCL programs for modules under test."""
+"""TMCL programs: assembled for modules under test, and run to their end."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from tmcm34x.bench.run import Run
+from tmcm34x.clock import clocks
+from tmcm34x.testing.rigs import make_rig
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import Assembly, assemble
 from tmcm34x.toolchain.diagnostics import render_all
@@ -26,3 +29,29 @@ def _assemble(source: str | Path) -> Assembly:
         return str(path), path.read_text("utf-8")
 
     return assemble(source.read_text("utf-8"), str(source), read)
+
+
+def run_program(
+    source: str | Path,
+    *,
+    model: int | None = None,
+    bench: str | Path | None = None,
+    limit_s: float | None = None,
+    seed: int = 0,
+) -> Run:
+    """Run a stand-alone program in virtual time to its end; the run tells why it ended and what was refused.
+
+    source: TMCL source text, or the `Path` of a file
+    model: 341, 342 or 343; the bench's own, or a 343, when None
+    bench: path of a bench file, or its text; bare motors when None
+    limit_s: seconds after which the run ends at the latest
+    seed: of everything random, without a bench
+    Raises `ValueError` for a program that cannot be assembled, `BenchError`, `OSError`.
+    """
+    program = assemble_source(source)
+    rig = make_rig(model, bench, seed)
+    rig.modules[0].eeprom.write_program(program)
+    run = Run(rig)
+    run.start()
+    run.go(None if limit_s is None else rig.now + clocks(limit_s))
+    return run

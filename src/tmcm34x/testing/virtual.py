@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeVar
 
 from tmcm34x import clock
 from tmcm34x.bench.action import Action
-from tmcm34x.bench.rig import BenchError, simple_rig
 from tmcm34x.bench.session.world import Unit
 from tmcm34x.clock import MS, clocks, seconds
 from tmcm34x.links.faults import fault
@@ -21,12 +20,12 @@ from tmcm34x.links.timing import VirtualTiming
 from tmcm34x.server import Server
 from tmcm34x.testing.base import ModuleUnderTest
 from tmcm34x.testing.lines import Clockwork, PacedCanLink, PacedLink, VirtualPace
+from tmcm34x.testing.rigs import make_rig
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import CAN_BIT_RATES
 from tmcm34x.trace.picture import PictureRecorder
 
 if TYPE_CHECKING:
-    from tmcm34x.bench import Rig
     from tmcm34x.bench.world import AxisView
     from tmcm34x.firmware.storage import Eeprom
     from tmcm34x.host.module import Module as HostModule
@@ -79,7 +78,7 @@ class VirtualModule(ModuleUnderTest):
         seed: int = 0,
         eeprom: Eeprom | None = None,
     ) -> None:
-        self.rig = _make_rig(model, bench, seed, eeprom)
+        self.rig = make_rig(model, bench, seed, eeprom)
         self.model = self.rig.modules[0].board.model.number
         self.name = f"module-{next(_NUMBERS)}"
         """By which `tmcm34x://NAME` opens it."""
@@ -309,20 +308,6 @@ class VirtualModule(ModuleUnderTest):
     def clear_faults(self) -> None:
         """End all faults of the line."""
         self.do(self._faults.clear)
-
-
-def _make_rig(model: int | None, bench: str | Path | None, seed: int, eeprom: Eeprom | None) -> Rig:
-    if bench is None:
-        return simple_rig(model or 343, eeprom, seed=seed)
-    from tmcm34x.bench.builder import build
-    from tmcm34x.bench.description import parse, read, with_model
-
-    text = isinstance(bench, str) and "\n" in bench
-    description = parse(str(bench)) if text else read(bench)
-    try:
-        return build(with_model(description, model), () if eeprom is None else (eeprom,))
-    except BenchError as error:
-        raise BenchError(str(error) if text else f"{bench}: {error}") from None
 
 
 def _check_pace(pace: Pace) -> float:
