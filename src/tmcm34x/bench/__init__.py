@@ -14,8 +14,9 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from tmcm34x.bench.mount import AxisView
 from tmcm34x.bench.rig import BenchError, Rig, simple_rig
-from tmcm34x.bench.world import AxisView, World
+from tmcm34x.bench.world import World
 
 if TYPE_CHECKING:
     from tmcm34x.bench.builder import build, load

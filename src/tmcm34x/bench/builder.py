@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Final, cast
 
 from tmcm34x.bench import description as d
 from tmcm34x.bench.action import Action, Value
+from tmcm34x.bench.mount import Fitting, Mount
 from tmcm34x.bench.rig import FREE_SHAFT, BenchError, Happening, Rig
-from tmcm34x.bench.world import SHUTDOWN, Disc, Fitting, World
+from tmcm34x.bench.world import SHUTDOWN, Disc, World
 from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import MS, clocks
@@ -19,8 +20,8 @@ from tmcm34x.firmware.boot import BootLoader
 from tmcm34x.firmware.module import Module
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.world import device, signal
-from tmcm34x.world.axis import Axis, whole_turn
 from tmcm34x.world.load import Carriage, Load, Turntable, Zones
+from tmcm34x.world.load_axis import LoadAxis, whole_turn
 from tmcm34x.world.motor import FINENESS, Motor
 from tmcm34x.world.switch import FAR, Contact, Line, Switch, noise
 
@@ -102,7 +103,7 @@ def _world(bench: d.Bench, index: int, eeprom: Eeprom | None) -> World:
 
 def _fitting(path: str, axis: d.Axis | None, seed: int) -> Fitting:
     if axis is None:
-        return Fitting(Axis(Motor(), FREE_SHAFT))
+        return Fitting(LoadAxis(Motor(), FREE_SHAFT))
     motor = Motor(**{name: getattr(axis.motor, name) for name in d.Motor.__struct_fields__})
     load = _load(f"{path}.load", axis.load)
     try:
@@ -120,7 +121,7 @@ def _fitting(path: str, axis: d.Axis | None, seed: int) -> Fitting:
     ]
     right = [make(f"{path}.switch.right", switches.right, outward)]
     return Fitting(
-        Axis(motor, load, _line(left, contact, noise(seed, 0)), _line(right, contact, noise(seed, 1))),
+        LoadAxis(motor, load, _line(left, contact, noise(seed, 0)), _line(right, contact, noise(seed, 1))),
         outward,
         axis.max_current_ma,
         FINENESS // axis.microsteps,
@@ -261,19 +262,24 @@ def _wire(path: str, row: d.Output, world: World, worlds: Sequence[World]) -> si
         raise BenchError(f"{path}.module: there are {len(worlds)} modules")
     board = (world if row.module is None else worlds[row.module]).module.board
     board.on_output.append(world.wire_changed)
-    return signal.Wire(lambda: signal.MAX if board.outputs >> row.output & 1 != row.invert else 0)
+    return signal.Wire(partial(_output_level, board, row))
 
 
 def _potentiometer(path: str, row: d.Position, world: World) -> signal.Source:
     if row.low == row.high:
         raise BenchError(f"{path}.high: expected another position than low")
-    mount = world.mounts[row.motor]
+    return signal.Wire(partial(_potentiometer_level, world.mounts[row.motor], row))
 
-    def level() -> int:
-        share = (mount.axis.position(mount.rotor()) - row.low) / (row.high - row.low)
-        return round(signal.MAX * min(1.0, max(0.0, share)))
 
-    return signal.Wire(level)
+def _output_level(board: Board, row: d.Output) -> int:
+    """The level of a wire from an output."""
+    return signal.MAX if board.outputs >> row.output & 1 != row.invert else 0
+
+
+def _potentiometer_level(mount: Mount, row: d.Position) -> int:
+    """The level of a potentiometer on an axis."""
+    share = (mount.axis.position(mount.rotor()) - row.low) / (row.high - row.low)
+    return round(signal.MAX * min(1.0, max(0.0, share)))
 
 
 # Events

@@ -7,15 +7,16 @@ from heapq import heapify, heappop
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from tmcm34x.bench.action import Action, perform
-from tmcm34x.bench.world import Fitting, World
+from tmcm34x.bench.mount import Fitting
+from tmcm34x.bench.world import World
 from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import NEVER
 from tmcm34x.firmware.boot import BootLoader
 from tmcm34x.firmware.module import INSTRUCTION_CLOCKS, Module
 from tmcm34x.firmware.storage import Eeprom
-from tmcm34x.world.axis import Axis
 from tmcm34x.world.load import Carriage
+from tmcm34x.world.load_axis import LoadAxis
 from tmcm34x.world.motor import Motor
 
 if TYPE_CHECKING:
@@ -125,6 +126,6 @@ def simple_rig(
         host_address=host_address,
     )
     BootLoader(module)
-    world = World(module, [Fitting(Axis(Motor(), FREE_SHAFT)) for _ in range(3)])
+    world = World(module, [Fitting(LoadAxis(Motor(), FREE_SHAFT)) for _ in range(3)])
     module.power_on()
     return Rig([world])

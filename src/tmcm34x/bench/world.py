@@ -1,78 +1,34 @@
-"""What hangs on one module, joined to its board.
+"""What hangs on one module, joined to its board: motors, switches, inputs, encoders, SPI devices.
 
-Motors are joined to the motion chips by the chip's plan: how the electrical angle moves from now on.  The world asks
-the chip to stop at the microstep at which a switch, a hard stop or a load changes, and computes the clock at which a
-speed becomes critical; in between nothing runs.  Analogue inputs, encoders and driver status words are computed when
-the module asks for them.
+Analogue inputs, encoders and driver status words are computed when the module asks for them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
-from math import ceil
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from tmcm34x.chips.tmc246 import FAULTS, Condition, Tmc246
-from tmcm34x.chips.tmc423 import Counter, Tmc423
-from tmcm34x.clock import HZ, NEVER
-from tmcm34x.world.axis import Axis, Field
-from tmcm34x.world.motor import FINENESS
+from tmcm34x.bench.mount import AxisView, Fitting, Mount
+from tmcm34x.board.board import SELECTS
+from tmcm34x.chips.tmc246 import FAULTS
+from tmcm34x.chips.tmc423 import Tmc423
+from tmcm34x.clock import NEVER, Value
+from tmcm34x.world import device
 from tmcm34x.world.shaft import Encoder
 from tmcm34x.world.signal import THRESHOLD, Constant, Source, Wire
-from tmcm34x.world.switch import FAR, Line
+from tmcm34x.world.switch import Line
 
 if TYPE_CHECKING:
-    from tmcm34x.board.board import Board, Side
-    from tmcm34x.chips.tmc429 import Motion, Tmc429
+    from tmcm34x.board.board import Side
     from tmcm34x.firmware.module import Module
 
-X_MIN: Final = -(1 << 23)
-X_MAX: Final = (1 << 23) - 1
-EVERYWHERE: Final = X_MIN, X_MAX
 SHUTDOWN: Final = 8
 """Number of the SHUTDOWN pin among the inputs, behind IN_0..IN_7."""
 
-_CLOCKS_PER_RAMP_TICK: Final = 32
-_FAR_S: Final = 1e9
-
-
-class AxisView(NamedTuple):
-    """One axis as an onlooker sees it.
-
-    position: of the load, in millimetres or degrees
-    angle_rad: of the rotor
-    lost_fullsteps: rotor against chip, since power-on
-    load: torque asked over torque there is, 0..1
-    """
-
-    motor: int
-    position: float
-    angle_rad: float
-    lost_fullsteps: float
-    load: float
-    current_ma: float
-    speed: float
-    grip: str
-    left: bool
-    right: bool
-    faults: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Fitting:
-    """One axis and how it is fitted to a module.
-
-    sign: -1 where the load moves to lower positions when the chip counts up
-    max_current_ma: coil current (RMS) of current setting 255
-    step: 64ths of a full step that a step output makes, where an outside driver makes the microsteps
-    """
-
-    axis: Axis
-    sign: int = 1
-    max_current_ma: float = 1100.0
-    step: int = 4
+_ENCODERS: Final = "encoders"
+_FOREIGN: Final = "foreign"
+"""Names of SPI devices in saved states, besides those of `device.KINDS`: the encoder chip, and what cannot be saved."""
 
 
 class Disc(NamedTuple):
@@ -81,177 +37,6 @@ class Disc(NamedTuple):
     lines: int
     slip: float = 0.0
     null_level: int | None = 1
-
-
-class Mount:
-    """One motor of a module with the axis on it."""
-
-    def __init__(self, module: Module, motor: int, fitting: Fitting) -> None:
-        board: Board = module.board
-        index, smda = board.wiring(motor)
-        self.module = module
-        self.board = board
-        self.motor = motor
-        self.axis = fitting.axis
-        self.fitting = fitting
-        self.chip: Tmc429 = board.chips[index]
-        self.smda = smda
-        self.driver: Tmc246 | None = None
-        self.counter: Counter | None = None
-        """The encoder interface that counts this shaft."""
-        self.due = NEVER
-        """The clock at which the grip or a bouncing contact must be looked at."""
-        self._grip_due = NEVER
-        self.dirty = True
-        """Whether the chip has had an event or another plan, or somebody did something, since the last look."""
-        self._watched = EVERYWHERE
-        self._steps = 0
-        self._counted = 0
-        self._size = 1
-        if board.model.drivers is not None:
-            self.driver = Tmc246(board.model.drivers)
-            self.driver.condition = self._condition
-            board.attach_driver(motor, self.driver)
-
-    # The field
-
-    def angle(self) -> int:
-        """The field's angle now, in the axis's direction."""
-        return self._angle(self.chip.motion(self.smda).phase)
-
-    def _angle(self, phase: int) -> int:
-        """The angle that belongs to a microstep phase of the chip."""
-        if self.driver is None:
-            # An outside driver counts steps, whatever the chip's own microstep is.
-            phase = (self._steps + (phase - self._counted) // self._size) * self.fitting.step
-        return self.fitting.sign * phase
-
-    def plan_changed(self) -> None:
-        """The chip moves otherwise from now on."""
-        self.dirty = True
-        if self.driver is None:
-            motion = self.chip.motion(self.smda)
-            self._steps += (motion.phase - self._counted) // self._size
-            self._counted, self._size = motion.phase, motion.step
-
-    def restarting(self) -> None:
-        """The chip is about to count from zero again, and its driver to forget everything."""
-        self.plan_changed()
-        self._counted, self._size = 0, FINENESS
-        if self.driver is not None:
-            self.driver.reset()
-            self.axis.power_on()
-
-    def current_ma(self) -> float:
-        """Coil current (RMS) that the motor gets."""
-        if not self.module.powered:
-            return 0.0
-        driver, board = self.driver, self.board
-        if driver is None:
-            return self.fitting.max_current_ma
-        if not (board.enabled[self.motor] and driver.driving):
-            return 0.0
-        return self.fitting.max_current_ma * board.currents[self.motor] / 255
-
-    def _condition(self) -> Condition:
-        axis = self.axis
-        speed = self._speed(self.chip.motion(self.smda).rate_hz)
-        return Condition(abs(speed) / axis.motor.load_speed, axis.load_ratio(speed))
-
-    def _speed(self, rate_hz: float) -> float:
-        """Full steps per second of a microstep rate."""
-        size = self.fitting.step if self.driver is None else self.chip.motion(self.smda).step
-        return self.fitting.sign * rate_hz * size / FINENESS
-
-    # Settling
-
-    def settle(self, now: int) -> None:
-        """Bring axis and switches to `now`, and see what comes next."""
-        axis = self.axis
-        if self.dirty or self._grip_due <= now:
-            self._follow(now)
-        self._set_switch("left", axis.left.active(now))
-        self._set_switch("right", axis.right.active(now))
-        if self.dirty:
-            self._follow(now)
-        self.due = min(self._grip_due, axis.next_event(now))
-
-    def _set_switch(self, side: Side, active: bool) -> None:
-        if active != self.board.switch(self.motor, side):
-            self.board.set_switch(self.motor, side, active)
-
-    def _follow(self, now: int) -> None:
-        motion = self.chip.motion(self.smda)
-        fitting, axis = self.fitting, self.axis
-        size = fitting.step if self.driver is None else motion.step
-        scale = fitting.sign * size / FINENESS
-        axis.follow(
-            now,
-            Field(
-                self._angle(motion.phase),
-                motion.rate_hz * scale,
-                motion.acceleration_hz_s * scale,
-                self.current_ma(),
-            ),
-        )
-        self.dirty = False
-        self._grip_due = NEVER
-        if motion.acceleration_hz_s:
-            delay_s = axis.delay_s()
-            if delay_s < _FAR_S:
-                self._grip_due = now + max(ceil(delay_s * HZ), _CLOCKS_PER_RAMP_TICK << motion.ramp_div)
-        if self.counter is not None and self.counter.waits_for_null:
-            self._sample(now, motion)
-        self._watch(motion.position, size)
-
-    def _sample(self, now: int, motion: Motion) -> None:
-        """Have the encoder counted, and be there again when the shaft turns round."""
-        if self.counter is not None:
-            self.counter.sample()
-            if motion.rate_hz * motion.acceleration_hz_s < 0:
-                clocks = ceil(-motion.rate_hz / motion.acceleration_hz_s * HZ)
-                self._grip_due = min(
-                    self._grip_due, now + max(clocks, _CLOCKS_PER_RAMP_TICK << motion.ramp_div)
-                )
-
-    def _watch(self, x: int, size: int) -> None:
-        """Have the chip stop where the axis's room ends."""
-        low, high = self.axis.room()
-        angle = self.axis.field.angle
-        below, above = angle - low, high - angle
-        if self.fitting.sign < 0:
-            below, above = above, below
-        x_low = x - below // size if below < FAR >> 1 else X_MIN
-        x_high = x + above // size if above < FAR >> 1 else X_MAX
-        watched = max(x_low, X_MIN), min(x_high, X_MAX)
-        if watched != self._watched:
-            self._watched = watched
-            self.chip.watch(self.smda, *watched)
-
-    # What one sees
-
-    def rotor(self) -> int:
-        """The rotor position now."""
-        return self.axis.rotor_at(self.angle())
-
-    def view(self) -> AxisView:
-        """The axis now."""
-        axis, now = self.axis, self.module.now
-        rotor = self.rotor()
-        speed = self._speed(self.chip.motion(self.smda).rate_hz)
-        return AxisView(
-            self.motor,
-            axis.position(rotor),
-            axis.motor.angle_rad(rotor),
-            axis.lost_fullsteps_at(self.angle()),
-            axis.load_ratio(speed),
-            self.current_ma(),
-            speed,
-            axis.grip.value,
-            axis.left.active(now),
-            axis.right.active(now),
-            tuple(sorted(self.driver.faults)) if self.driver else (),
-        )
 
 
 class World:
@@ -351,6 +136,54 @@ class World:
         self.due = due
         self.dirty = False
 
+    # State
+
+    def save(self) -> Value:
+        """Axes, drivers, encoders, inputs that are held and SPI devices; the module is not in it."""
+        held = sorted(self._overrides.items())
+        return (
+            (self.dirty, self.due, tuple([(number, source.level(0)) for number, source in held])),
+            tuple([mount.save() for mount in self.mounts]),
+            None if self.encoder_chip is None else self.encoder_chip.save(),
+            tuple([self._save_device(select) for select in range(SELECTS)]),
+        )
+
+    def load(self, value: Any) -> None:
+        """Become a world that was saved; SPI devices that cannot be saved stay as they are."""
+        (dirty, due, held), mounts, encoders, devices = value
+        for number in self._overrides.keys() - dict(held).keys():
+            self.set_level(number, None)
+        for number, level in held:
+            self.set_level(number, level)
+        for mount, saved in zip(self.mounts, mounts, strict=True):
+            mount.load(saved)
+        if self.encoder_chip is not None:
+            self.encoder_chip.load(encoders)
+        for select, saved in enumerate(devices):
+            self._load_device(select, saved)
+        self.dirty, self.due = dirty, due
+
+    def _save_device(self, select: int) -> Value:
+        there = self.module.board.spi_device(select)
+        if there is None:
+            return None
+        if there is self.encoder_chip:
+            return _ENCODERS, ()
+        for name, kind in device.KINDS.items():
+            if isinstance(there, kind):
+                return name, there.save()
+        return _FOREIGN, ()
+
+    def _load_device(self, select: int, saved: Any) -> None:
+        attach = self.module.board.attach_spi
+        kind, operands = saved or (None, ())
+        if kind is None:
+            attach(select, None)
+        elif kind == _ENCODERS:
+            attach(select, self.encoder_chip)
+        elif kind != _FOREIGN:
+            attach(select, device.KINDS[kind](*operands))
+
     # Inputs
 
     def _source(self, number: int) -> Source:
@@ -360,7 +193,7 @@ class World:
         """The level of input 0..7, or of SHUTDOWN as number 8, now."""
         return self._source(number).level(self.module.now)
 
-    # Hands
+    # What is done from outside
 
     def set_level(self, number: int, level: int | None) -> None:
         """Hold an input (0..7, 8 for SHUTDOWN) at a level 0..1023, or give it back to its source."""

@@ -12,11 +12,11 @@ Source: manual 2 and 6.7.14, 6.7.15, 6.7.24; wiring: `models`; thresholds and id
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final, Literal, Protocol
+from typing import Any, Final, Literal, Protocol
 
 from tmcm34x.board.models import Model
 from tmcm34x.chips.tmc429 import Tmc429
-from tmcm34x.clock import NEVER
+from tmcm34x.clock import NEVER, Value, digest
 
 INPUTS: Final = 8
 OUTPUTS: Final = 8
@@ -110,6 +110,27 @@ class Board:
         for motor in range(len(self.model.wiring)):
             self.set_current(motor, 0)
             self.driver_enable(motor, True)
+
+    # State
+
+    def save(self) -> Value:
+        """Chips, outputs, and the levels of the pins; what is attached to the pins is the world's."""
+        return (
+            tuple([chip.save() for chip in self.chips]),
+            (self.outputs, tuple(self.currents), tuple(self.enabled)),
+            (tuple(self._analog), self._switches, self._shutdown),
+        )
+
+    def load(self, value: Any) -> None:
+        """Become a board that was saved; the world is not told."""
+        chips, (self.outputs, currents, enabled), (analog, self._switches, self._shutdown) = value
+        for chip, saved in zip(self.chips, chips, strict=True):
+            chip.load(saved)
+        self.currents[:], self.enabled[:], self._analog[:] = currents, enabled, analog
+
+    def digest(self) -> str:
+        """A fingerprint of the state."""
+        return digest(self.save())
 
     # The firmware's side
 

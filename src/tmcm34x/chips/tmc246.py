@@ -16,7 +16,9 @@ from collections.abc import Callable
 from copy import copy
 from enum import IntFlag
 from types import MappingProxyType
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
+
+from tmcm34x.clock import Value
 
 WORD_BITS: Final = 12
 LOAD_MAX: Final = 7
@@ -133,6 +135,10 @@ def load_reading(condition: Condition, *, mixed_decay: bool = False) -> int:
     return max(0, reading - 2) if mixed_decay else reading
 
 
+def _at_rest() -> Condition:
+    return AT_REST
+
+
 class Tmc246:
     """One driver chip.
 
@@ -141,7 +147,7 @@ class Tmc246:
 
     def __init__(self, part: str = "TMC246") -> None:
         self.part = PARTS[part]
-        self.condition: Callable[[], Condition] = lambda: AT_REST
+        self.condition: Callable[[], Condition] = _at_rest
         self._faults: frozenset[str] = frozenset()
         self._load = 0
         self._enabled = True
@@ -152,6 +158,15 @@ class Tmc246:
         self.word = 0
         self._load = 0
         self._latched = Flag(0)
+
+    def save(self) -> Value:
+        """Registers, faults and the ENN pin."""
+        return self.word, self._load, int(self._latched), tuple(sorted(self._faults)), self._enabled
+
+    def load(self, value: Any) -> None:
+        """Become a driver that was saved."""
+        self.word, self._load, latched, faults, self._enabled = value
+        self._latched, self._faults = Flag(latched), frozenset(faults)
 
     @property
     def enabled(self) -> bool:

@@ -12,7 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
+
+from tmcm34x.clock import Value
 
 ENCODERS: Final = 3
 UNITS: Final = 80
@@ -106,6 +108,14 @@ class Counter:
         self._clear = False
         self._held: int | None = None
 
+    def save(self) -> Value:
+        """Configuration and counter."""
+        return (self.configuration, self.null_seen, self._edges, self._count, self._clear, self._held)
+
+    def load(self, value: Any) -> None:
+        """Become a counter that was saved."""
+        self.configuration, self.null_seen, self._edges, self._count, self._clear, self._held = value
+
     def configure(self, word: int) -> None:
         """Take bits 23..7 of a configuration datagram."""
         self.sample()
@@ -190,6 +200,16 @@ class Tmc423:
         for counter in self.counters:
             counter.reset()
         self._held = None
+
+    def save(self) -> Value:
+        """The counters, and the positions that are held."""
+        return tuple([counter.save() for counter in self.counters]), self._held
+
+    def load(self, value: Any) -> None:
+        """Become a chip that was saved."""
+        counters, self._held = value
+        for counter, saved in zip(self.counters, counters, strict=True):
+            counter.load(saved)
 
     def sample(self) -> None:
         """Count what the shafts have turned; to be called where one turns round."""

@@ -6,6 +6,23 @@ same transfer.
 
 from __future__ import annotations
 
+from types import MappingProxyType
+from typing import Final, Protocol
+
+from tmcm34x.clock import Value
+
+
+class Device(Protocol):
+    """One of the devices of this module."""
+
+    def exchange(self, data: int, nbytes: int) -> int:
+        """One transfer of `nbytes` bytes, most significant first; returns as many."""
+        ...
+
+    def save(self) -> Value:
+        """What to make an equal device of: the arguments of its class."""
+        ...
+
 
 class Echo:
     """Returns what is sent, as a wire from data out to data in does."""
@@ -15,6 +32,10 @@ class Echo:
         del nbytes
         return data
 
+    def save(self) -> Value:
+        """It remembers nothing."""
+        return ()
+
 
 class ShiftRegister:
     """A chain of shift registers of `size` bytes: what is sent comes back `size` bytes later.
@@ -22,15 +43,19 @@ class ShiftRegister:
     `latched` is what stands in the register after a transfer: the outputs of a 74HC595.
     """
 
-    def __init__(self, size: int = 1) -> None:
+    def __init__(self, size: int = 1, latched: int = 0) -> None:
         self.size = size
-        self.latched = 0
+        self.latched = latched
 
     def exchange(self, data: int, nbytes: int) -> int:
         """One transfer."""
         shifted = self.latched << 8 * nbytes | data
         self.latched = shifted & (1 << 8 * self.size) - 1
         return shifted >> 8 * self.size
+
+    def save(self) -> Value:
+        """Size and what stands in it."""
+        return self.size, self.latched
 
 
 class Buttons:
@@ -45,17 +70,25 @@ class Buttons:
         shifted = self.inputs << 8 * nbytes | data
         return shifted >> 8 * self.size
 
+    def save(self) -> Value:
+        """Size and inputs."""
+        return self.size, self.inputs
+
 
 class Previous:
     """Answers a transfer with what came in the one before, as many slaves with one buffer do."""
 
-    def __init__(self) -> None:
-        self.last = 0
+    def __init__(self, last: int = 0) -> None:
+        self.last = last
 
     def exchange(self, data: int, nbytes: int) -> int:
         """One transfer."""
         answer, self.last = self.last, data
         return answer & ((1 << 8 * nbytes) - 1)
+
+    def save(self) -> Value:
+        """What came in last."""
+        return (self.last,)
 
 
 class Constant:
@@ -68,3 +101,19 @@ class Constant:
         """One transfer."""
         del data
         return self.value & ((1 << 8 * nbytes) - 1)
+
+    def save(self) -> Value:
+        """The value."""
+        return (self.value,)
+
+
+KINDS: Final = MappingProxyType(
+    {
+        "echo": Echo,
+        "shift_register": ShiftRegister,
+        "buttons": Buttons,
+        "previous": Previous,
+        "constant": Constant,
+    }
+)
+"""The classes of devices, by the names that stand for them in saved states."""

@@ -19,7 +19,7 @@ Zones = tuple[tuple[float, float], ...]
 
 
 class Load(Protocol):
-    """What `Axis` asks of a load; positions in its unit."""
+    """What `LoadAxis` asks of a load; positions in its unit."""
 
     @property
     def start(self) -> float:

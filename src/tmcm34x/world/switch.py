@@ -10,9 +10,9 @@ Source: manual 9.1 for the wiring; numbers are the bench's.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from tmcm34x.clock import NEVER
+from tmcm34x.clock import NEVER, Value
 
 FAR: Final = 1 << 40
 """A rotor position beyond all others."""
@@ -100,7 +100,7 @@ class Line:
         self.contact = contact
         self.seed = seed
         self.override: bool | None = None
-        """The level somebody's hand gives the line, if any."""
+        """The level at which the line is held from outside, if it is."""
         self.unplugged = False
         """Whether the cable is broken; an open line is active."""
         self._pressed = False
@@ -114,6 +114,17 @@ class Line:
             switch.follow(rotor)
         self._pressed = any(switch.pressed for switch in self.switches)
         self._bounces = ()
+
+    def save(self) -> Value:
+        """What is done to the line, its switches, and how its contact bounces."""
+        pressed = tuple([switch.pressed for switch in self.switches])
+        return self.override, self.unplugged, self._pressed, self._changes, self._bounces, pressed
+
+    def load(self, value: Any) -> None:
+        """Become a line that was saved."""
+        self.override, self.unplugged, self._pressed, self._changes, self._bounces, pressed = value
+        for switch, saved in zip(self.switches, pressed, strict=True):
+            switch.pressed = saved
 
     def follow(self, now: int, rotor: int) -> None:
         """Bring the switches to a rotor position at clock `now`."""

@@ -15,8 +15,9 @@ from tmcm34x.board.board import ANALOG_MAX
 from tmcm34x.chips.tmc246 import FAULTS
 
 if TYPE_CHECKING:
+    from tmcm34x.bench.mount import AxisView
     from tmcm34x.bench.rig import Rig
-    from tmcm34x.bench.world import AxisView, World
+    from tmcm34x.bench.world import World
     from tmcm34x.firmware.module import Module
 
 TOLERANCE: Final = 0.02

@@ -82,6 +82,8 @@ class Tmc429(Core):
         if now < self.now:
             raise ValueError(f"the chip is at clock {self.now} and cannot go back to {now}")
         while (due := self.next_event()) <= now:
+            if due == NEVER:
+                raise ValueError("NEVER is not a clock to go to")
             self.now = due
             self._happen()
         self.now = now

@@ -4,8 +4,8 @@ from math import inf
 
 import pytest
 
-from tmcm34x.world.axis import YIELD, Axis, Field, Grip, whole_turn
 from tmcm34x.world.load import Carriage, Turntable
+from tmcm34x.world.load_axis import YIELD, Field, Grip, LoadAxis, whole_turn
 from tmcm34x.world.motor import CYCLE, Motor
 from tmcm34x.world.switch import FAR, Line, Switch
 
@@ -15,7 +15,7 @@ CURRENT = 1000.0
 
 
 def axis(load=ENDLESS, motor=MOTOR, **lines):
-    axis = Axis(motor, load, **lines)
+    axis = LoadAxis(motor, load, **lines)
     axis.power_on()
     go(axis, 0)
     return axis

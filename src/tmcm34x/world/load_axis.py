@@ -13,8 +13,9 @@ from __future__ import annotations
 
 from enum import Enum
 from math import inf, pi
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
+from tmcm34x.clock import Value
 from tmcm34x.world.load import Load, ZoneMap
 from tmcm34x.world.motor import CYCLE, FINENESS, Motor
 from tmcm34x.world.switch import FAR, Line, narrowest
@@ -51,7 +52,7 @@ class Field(NamedTuple):
     current_ma: float = 0.0
 
 
-class Axis:
+class LoadAxis:
     """A motor with its load, and the lines of its two switch inputs.
 
     Positions are those of the load: millimetres or degrees.
@@ -82,6 +83,24 @@ class Axis:
             line.settle(self.rotor)
         self._lowest = self._highest = self.rotor
         self._look_around()
+
+    # State
+
+    def save(self) -> Value:
+        """Where the rotor is, how it got there, and the lines of the switches."""
+        return (
+            (self.rotor, tuple(self.field), self.grip.value, self.push_nm),
+            (self._slip, self._origin, self._lowest, self._highest),
+            (self.left.save(), self.right.save()),
+        )
+
+    def load_state(self, value: Any) -> None:
+        """Become an axis that was saved."""
+        (self.rotor, field, grip, self.push_nm), places, lines = value
+        self.field, self.grip = Field(*field), Grip(grip)
+        self._slip, self._origin, self._lowest, self._highest = places
+        for line, saved in zip((self.left, self.right), lines, strict=True):
+            line.load(saved)
 
     # What the field does
 
