@@ -218,9 +218,9 @@ def test_lint_tells_findings_with_status_1(call):
 
 def test_an_include_file_is_linted_as_a_part_of_its_program(call):
     put("main.tmc", "X = 1\nCSUB Sub\nSTOP\n#include SUB.inc\nROR 5, X\n")
-    put("sub.inc", "Sub: COMP X\nRSUB\n")
+    put("sub.inc", "Sub: ROR 0, X\nRSUB\n")
     assert call("lint", "sub.inc") == (0, "", "")
-    put("sub.inc", "Sub: COMP X\nROR 7, 1\nRSUB\n")
+    put("sub.inc", "Sub: ROR 0, X\nROR 7, 1\nRSUB\n")
     status, _, err = call("lint", "sub.inc")
     assert (status, err.count("[W")) == (1, 1)
     assert err.startswith("sub.inc:2:5: warning[W303]")

@@ -354,7 +354,7 @@ def test_open_files_stand_before_those_on_disk():
 
 def test_an_included_file_is_judged_as_a_part_of_its_program():
     programs, _ = workspace()
-    programs.put("/p/sub.inc", "Sub: COMP X\nRSUB")
+    programs.put("/p/sub.inc", "Sub: ROR 0, X\nRSUB")
     assert programs.analysis("/p/sub.inc").diagnostics("/p/sub.inc")
     programs.put("/p/main.tmc", "X = 1\nCSUB Sub\nSTOP\n#include sub.inc")
     assert programs.analysis("/p/sub.inc").diagnostics("/p/sub.inc") == []
@@ -405,9 +405,9 @@ def test_an_include_file_opened_alone_is_judged_from_the_program_in_its_folder()
         {"/p/main.tmc": "X = 1\nCSUB Sub\nSTOP\n#include Sub.INC", "/p/notes.txt": "// nothing"}
     )
     files["/p/sub.inc"] = ""
-    programs.put("/p/sub.inc", "Sub: COMP X\nRSUB")
+    programs.put("/p/sub.inc", "Sub: ROR 0, X\nRSUB")
     assert programs.analysis("/p/sub.inc").diagnostics("/p/sub.inc") == []
-    programs.put("/p/sub.inc", "Sub: COMP Y\nRSUB")
+    programs.put("/p/sub.inc", "Sub: ROR 0, Y\nRSUB")
     assert [d.code for d in programs.analysis("/p/sub.inc").diagnostics("/p/sub.inc")] == ["E301"]
 
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 
 from tmcm34x.toolchain.assembler import assemble
-from tmcm34x.toolchain.linter import RULES, ignored_codes, lint
+from tmcm34x.toolchain.linter import DEFAULT, RULES, ignored_codes, lint
 from toolchain.generators import SOURCES
 
 NEST = "\n".join(f"S{n}: CSUB S{n + 1}\nRSUB" for n in range(10)) + "\nS10: RSUB"
@@ -23,7 +23,7 @@ def codes(text, **options):
 CLEAN = """
 // Every command once, used well.
 Speed = 500
-        SGP 77, 0, 1
+        SGP 66, 0, 1
         SAP 4, 0, Speed
         RFS START, 0
         WAIT RFS, 0, 1000
@@ -113,20 +113,92 @@ def test_a_sound_program_has_no_findings():
 
 @pytest.mark.parametrize(("code", "text", "line", "column"), BROKEN)
 def test_a_rule_finds_its_mistake(code, text, line, column):
-    (finding,) = findings(text)
+    (finding,) = findings(text, rules=frozenset({code}))
     assert (finding.code, *finding.location[1:3]) == (code, line, column)
     assert finding.severity == RULES[code].severity
 
 
 def test_every_rule_has_a_broken_program():
-    assert {code for code, *_ in BROKEN} | {"W302"} == set(RULES)
+    assert set(RULES) >= {code for code, *_ in BROKEN}
+    for code, rule in RULES.items():
+        model = 342 if code == "W302" else 343
+        others = DEFAULT | {code}
+        assert set(codes(rule.example, rules=others, model=model)) == {code}
+        assert codes(rule.cure, rules=others, model=model) == []
+
+
+def test_rules_are_switched_by_comments_and_by_callers():
+    text = "ROR 3, 9999\nSTOP"
+    assert codes(text, rules=DEFAULT - {"W303"}) == ["W307"]
+    assert codes(f"// lint: off W303, W307\n{text}") == []
+    polling = "L: GIO 0, 0\nJC ZE, L\nSTOP"
+    assert codes(polling) == []
+    assert codes(f"{polling} // lint: on W206") == ["W206"]
+    assert codes(f"{polling} // lint: off w206", rules=frozenset(RULES)) == []
+
+
+REGISTERS = [
+    ("W501", "COMP 5\nJC EQ, 0\nSTOP", [1]),
+    ("W501", "CALCX ADD\nSTOP", [1]),
+    ("W501", "GAP 1, 0\nCALCX ADD\nAGP 0, 2\nSTOP", [2]),
+    ("W501", "GAP 1, 0\nCALCX SWAP\nSTOP", [2]),
+    ("W501", "SIO 255, 2, -1\nSTOP", [1]),
+    ("W501", "JC NZ, 0\nSTOP", [1]),
+    ("W501", "CSUB S\nAGP 0, 2\nSTOP\nS: AGP 1, 2\nRSUB", [4]),
+    ("W501", "GAP 1, 0\nCSUB S\nSTOP\nS: AGP 1, 2\nRSUB", []),
+    ("W501", "JA M\nL: AGP 1, 2\nSTOP\nM: GAP 1, 0\nJA L", []),
+    ("W501", "RFS STATUS, 0\nAGP 0, 2\nSTOP", []),
+    ("W502", "GAP 1, 0\nGAP 209, 0\nCALC SUB, 1\nAGP 0, 2\nSTOP", [1]),
+    ("W502", "GAP 1, 0\nSTOP", [1]),
+    ("W502", "GAP 1, 0\nCSUB S\nSTOP\nS: GAP 2, 0\nAGP 0, 2\nRSUB", [1]),
+    ("W502", "CSUB S\nAGP 0, 2\nSTOP\nS: GAP 2, 0\nRSUB", []),
+    ("W502", "GAP 1, 0\nJC ZE, L\nGAP 2, 0\nL: AGP 0, 2\nSTOP", []),
+    ("W502", "L: GAP 1, 0\nCALCX SWAP\nCALCX ADD\nAGP 0, 2\nJA L", []),
+    ("W503", "GAP 1, 0\nJC GT, L\nL: STOP", [2]),
+    ("W503", "GAP 1, 0\nCOMP 1\nL: JC GT, M\nJA L\nM: STOP", []),
+    ("W504", "SAP 4, 0, 1\nSAP 4, 0, 2\nSTOP", [1]),
+    ("W504", "SAP 4, 0, 1\nSAP 4, 1, 2\nSGP 4, 2, 2\nSGP 4, 2, 3\nSTOP", [3]),
+    ("W504", "SAP 4, 0, 1\nMVP ABS, 0, 5\nSAP 4, 0, 2\nSTOP", []),
+    ("W504", "SAP 4, 0, 1\nL: SAP 4, 0, 2\nJA L", []),
+]
+
+
+@pytest.mark.parametrize(("code", "text", "lines"), REGISTERS)
+def test_values_are_followed_through_the_program(code, text, lines):
+    assert [item.location.line for item in findings(text, rules=frozenset({code}))] == lines
+
+
+SETTINGS = [
+    ("W311", "SAP 5, 1, 0\nMVP COORD, $82, 3\nSTOP", [1]),
+    ("W311", "SAP 4, 0, 0\nSAP 4, 0, 9\nMVP ABS, 0, 5\nSTOP", []),
+    ("W311", "SAP 4, 0, 0\nMVP ABS, 1, 5\nSTOP", []),
+    ("W312", "SAP 5, 0, 9\nSAP 153, 0, 8\nSAP 5, 0, 9\nSTOP", []),
+    ("W312", "SAP 5, 0, 9\nSAP 153, 1, 8\nSTOP", []),
+    ("W313", "ROL 0, 500\nSAP 1, 0, 0\nSAP 0, 0, 0\nSTOP", []),
+    ("W313", "MST 1\nSAP 0, 1, 7\nSTOP", [2]),
+    ("W314", "SAP 0, 1, 7\nWAIT POS, 1, 0\nSTOP", []),
+    ("W314", "MVP COORD, $43, 1\nWAIT POS, 1, 0\nWAIT POS, 2, 0\nSTOP", [3]),
+    ("W205", "L: JC EDV, L\nSTOP", [1]),
+    ("W205", "SAP 212, 0, 9\nL: JC EDV, L\nJC ESD, L\nSTOP", []),
+    ("W204", "SGP 77, 0, 1\nL: JA L", [1]),
+    ("W204", "STGP 1, 2\nSTOP", []),
+    ("W206", "L: GIO 0, 0\nWAIT TICKS, 0, 1\nJC ZE, L\nSTOP", []),
+    ("W206", "L: CSUB S\nJC ZE, L\nSTOP\nS: GIO 0, 0\nRSUB", []),
+    ("W315", "GAP 209, 0\nGAP 209, 1\nSAP 212, 0, 5\nSTOP", [1, 3]),
+    ("W316", "GGP 1, 2\nGGP 1, 2\nGGP 2, 2\nAGP 2, 2\nSTOP", [1]),
+]
+
+
+@pytest.mark.parametrize(("code", "text", "lines"), SETTINGS)
+def test_settings_are_judged_where_they_act(code, text, lines):
+    assert [item.location.line for item in findings(text, rules=frozenset({code}))] == lines
 
 
 @pytest.mark.parametrize(("code", "text", "line", "_column"), BROKEN)
 def test_a_comment_keeps_a_rule_quiet(code, text, line, _column):
     lines = text.split("\n")
     lines[line - 1] += f" // lint: ignore {code.lower()} because it is meant"
-    assert codes("\n".join(lines)) == []
+    assert codes("\n".join(lines), rules=frozenset({code})) == []
 
 
 def test_parameters_are_checked_against_the_model():
@@ -143,7 +215,7 @@ def test_ignore_alone_keeps_all_rules_quiet_and_others_not():
 
 
 def test_eeprom_writes_outside_of_loops_are_fine():
-    assert codes("STAP 4, 0\nSGP 66, 0, 1\nL: SGP 1, 2, 5\nAGP 2, 2\nJA L") == []
+    assert codes("STAP 4, 0\nSGP 66, 0, 1\nL: SGP 1, 2, 5\nGAP 1, 0\nAGP 2, 2\nJA L") == []
 
 
 def test_coordinates_that_live_in_the_eeprom_count_as_set():
@@ -157,9 +229,9 @@ def test_expressions_may_lose_a_fraction_in_a_value():
 
 
 def test_a_parameter_that_the_model_lacks_is_told_once_with_a_count():
-    text = "SAP 6, 0, 100\n" * 66 + "SAP 7, 0, 10\nSTOP"
+    text = "SAP 6, 0, 100\nMST 0\n" * 66 + "SAP 7, 0, 10\nSTOP"
     found = findings(text, model=342)
-    assert [(item.code, item.location.line) for item in found] == [("W302", 1), ("W302", 67)]
+    assert [(item.code, item.location.line) for item in found] == [("W302", 1), ("W302", 133)]
     assert found[0].text.endswith("; 65 more lines")
     more = findings(text.replace("STOP", "SAP 203, 0, 1\nSTOP"), model=342)
     question = "was the program written for another module?"
@@ -219,7 +291,7 @@ def apply(text, edits):
 
 @pytest.mark.parametrize(("code", "text", "_line", "_column"), BROKEN)
 def test_a_fix_removes_its_finding(code, text, _line, _column):
-    (finding,) = findings(text)
+    (finding,) = findings(text, rules=frozenset({code}))
     for fix in finding.fixes:
         assert code not in codes(apply(text, fix.edits))
     assert finding.fixes or code not in {"W102", "W201", "W301", "W307"}

@@ -90,6 +90,11 @@ class Flow:
         return frozenset(loops | _reach(self.edges, called))
 
     @cached_property
+    def loops(self) -> list[list[int]]:
+        """The addresses of each loop: sets of addresses that lead to each other."""
+        return [c for c in self._components if len(c) > 1 or c[0] in self.edges[c[0]]]
+
+    @cached_property
     def _jumps(self) -> Edges:
         """The steps, with every call taken to come back."""
         jumps: list[tuple[int, ...]] = []

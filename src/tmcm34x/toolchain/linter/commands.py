@@ -152,8 +152,14 @@ def _address(found: Findings, code: Code, instruction: Instruction, operand: Ope
 
 
 def _surplus(found: Findings, code: Code, instruction: Instruction, spare: tuple[Field, ...]) -> None:
-    for field in spare:
-        if getattr(instruction, field):
+    statement = code.line.statement
+    ends = (
+        name_of(code) in ("STOP", "RSUB")
+        and isinstance(statement, parser.Command)
+        and bool(statement.operands)
+    )
+    for field in spare[:1] if ends else spare:
+        if ends or getattr(instruction, field):
             name = name_of(code)
             text = f"{name} does not look at its {field} field"
             if name in ("AAP", "AGP", "ACO"):

@@ -24,11 +24,13 @@ class Findings:
     """The findings about one program, as they come.
 
     model: the module that it is for, 341, 342 or 343
+    rules: those that are on
     """
 
-    def __init__(self, assembly: Assembly, model: int) -> None:
+    def __init__(self, assembly: Assembly, model: int, rules: frozenset[str]) -> None:
         self.assembly = assembly
         self.model = model
+        self.rules = rules
         self.items: list[Diagnostic] = []
         self._gathered: dict[tuple[str, str], list[Location]] = {}
 
@@ -59,7 +61,9 @@ class Findings:
         self._gathered.clear()
 
     def ignored(self, code: str, location: Location) -> bool:
-        """Whether a comment on its line keeps a rule quiet."""
+        """Whether a rule is off, or a comment on the line keeps it quiet."""
+        if code not in self.rules:
+            return True
         line = self.assembly.lines[location.file][location.line - 1]
         if line.comment is None:
             return False

@@ -43,12 +43,9 @@ def _entered(found: Findings, symbol: Symbol) -> bool:
     return symbol.kind == "label" and len(found.entries) > 1 and symbol.value in found.entries
 
 
-def check_flow(found: Findings) -> None:
+def check_flow(found: Findings, flow: Flow) -> None:
     """Report what the ways through the program show (W101 to W106, W202)."""
     codes = found.assembly.code
-    if not codes:
-        return
-    flow = Flow([code.instruction for code in codes], found.entries)
     _unreached(found, flow)
     if _runs_past_end(flow):
         found.report(

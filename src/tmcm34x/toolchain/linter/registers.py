@@ -1,0 +1,150 @@
+"""Rules about the accumulator, the register X and the flags: used before they are set, set and never used.
+
+Two analyses over the control flow.  Forwards, what may have been set on some way to an address: a use of anything
+else is a use before it was set.  Backwards, whether the accumulator may still be used: a value that is read into it
+where it is not is lost.  A subroutine may set everything, and use everything that its callers go on with.
+
+Source: manual 6.7.16 to 6.7.20 and 6.7.29 to 6.7.31.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+from tmcm34x.tmcl.commands import COMMANDS
+from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.toolchain.flow import CSUB, JC, RSUB, Flow
+from tmcm34x.toolchain.linter.findings import Findings
+
+A, X, COMPARED, ALL = 1, 2, 4, 7
+"""Bits of a set: accumulator, register X, result of COMP."""
+
+
+class Effect(NamedTuple):
+    """What a command uses and sets, as sets of bits; `loads`: it sets the accumulator to a value from elsewhere."""
+
+    uses: int = 0
+    sets: int = 0
+    loads: bool = False
+
+
+_NUMBERS: Final = {row.mnemonic: row.number for row in COMMANDS}
+_WORDS: Final = {row.mnemonic: dict(row.operands[0].words) for row in COMMANDS if row.operands}
+_LOAD: Final = _WORDS["CALC"]["LOAD"]
+_CALCX: Final = {
+    _WORDS["CALCX"]["LOAD"]: Effect(A, X),
+    _WORDS["CALCX"]["SWAP"]: Effect(A | X, A | X),
+}
+_RESULT: Final = frozenset({_WORDS["JC"]["ZE"], _WORDS["JC"]["NZ"]})
+_COMPARISON: Final = frozenset(_WORDS["JC"][word] for word in ("EQ", "NE", "GT", "GE", "LT", "LE"))
+_READS: Final = frozenset(_NUMBERS[name] for name in ("GAP", "GGP", "GIO"))
+_WRITES: Final = frozenset(_NUMBERS[name] for name in ("AAP", "AGP", "ACO"))
+_USER: Final = range(_NUMBERS["UF0"], _NUMBERS["UF7"] + 1)
+_COPY: Final = 255
+_FROM_ACCUMULATOR: Final = -1
+_ALL_PORTS: Final = 255
+_SENDS_ACCUMULATOR: Final = 0x80
+_NOTHING: Final = Effect()
+
+
+def effect(instruction: Instruction) -> Effect:
+    """What a command uses and sets; CSUB is left to the analyses."""
+    number, type_, motor, value = instruction
+    if number in _READS or (number == _NUMBERS["GCO"] and motor != _COPY):
+        return Effect(0, A, loads=True)
+    if number in _WRITES:
+        return Effect(A)
+    if number == _NUMBERS["CALC"]:
+        return Effect(0, A, loads=True) if type_ == _LOAD else Effect(A, A)
+    if number == _NUMBERS["CALCX"]:
+        return _CALCX.get(type_, Effect(A | X, A))
+    if number == _NUMBERS["COMP"]:
+        return Effect(A, COMPARED)
+    if number == JC:
+        return Effect(A if type_ in _RESULT else COMPARED if type_ in _COMPARISON else 0)
+    if number == _NUMBERS["RFS"] and type_ == _WORDS["RFS"]["STATUS"]:
+        return Effect(0, A, loads=True)
+    if number == _NUMBERS["SIO"] and type_ == _ALL_PORTS and value == _FROM_ACCUMULATOR:
+        return Effect(A)
+    if number == _NUMBERS["SAC"]:
+        return Effect(A if type_ >= _SENDS_ACCUMULATOR else 0, A)
+    return Effect(A | X, ALL) if number in _USER else _NOTHING
+
+
+def check_registers(found: Findings, flow: Flow) -> None:
+    """Report registers used before they are set (W501, W503) and values that are lost (W502)."""
+    effects = [_NOTHING if i is None else effect(i) for i in flow.program]
+    _unset(found, flow, effects)
+    _lost(found, flow, effects)
+
+
+_MISSING: Final = (
+    (COMPARED, "W503", "no COMP comes before this comparison"),
+    (A, "W501", "the accumulator is used here before anything was loaded into it"),
+    (X, "W501", "X is used here before CALCX LOAD or SWAP"),
+)
+
+
+def _unset(found: Findings, flow: Flow, effects: list[Effect]) -> None:
+    """The first use of each register that nothing has set; a comparison that was never made is of the accumulator."""
+    before = _set_before(flow, effects)
+    told = 0
+    for address in sorted(flow.reachable - {flow.end}):
+        missing = effects[address].uses & ~before[address]
+        if missing & COMPARED:
+            effects[address] = Effect(A)
+        messages = {code: text for register, code, text in _MISSING if missing & register & ~told}
+        for code, text in messages.items():
+            found.report(code, found.assembly.code[address].location, text)
+        told |= missing
+
+
+def _set_before(flow: Flow, effects: list[Effect]) -> list[int]:
+    """What may have been set before each address."""
+    before = [0] * (flow.end + 1)
+    waiting = list(flow.entries)
+    seen = set(waiting)
+    while waiting:
+        address = waiting.pop()
+        if address >= flow.end:
+            continue
+        after = before[address] | effects[address].sets
+        called = flow.calls.get(address)
+        for following in flow.edges[address]:
+            new = before[following] | (ALL if called is not None and following != called else after)
+            if new != before[following] or following not in seen:
+                before[following] = new
+                seen.add(following)
+                waiting.append(following)
+    return before
+
+
+def _lost(found: Findings, flow: Flow, effects: list[Effect]) -> None:
+    """Values that are read into the accumulator where it is not used any more."""
+    after = _used_after(flow, effects)
+    for address in sorted(flow.reachable):
+        if address < flow.end and effects[address].loads and not after[address]:
+            text = "what is read here is overwritten or left before it is used"
+            found.report("W502", found.assembly.code[address].location, text)
+
+
+def _used_after(flow: Flow, effects: list[Effect]) -> list[bool]:
+    """Whether the accumulator may be used behind each address before it is set again."""
+    number_of = [-1 if i is None else i.number for i in flow.program]
+    before: list[list[int]] = [[] for _ in range(flow.end + 1)]
+    returns = [address for address, number in enumerate(number_of) if number == RSUB]
+    for address in range(flow.end):
+        for following in flow.edges[address]:
+            before[following].append(address)
+        if number_of[address] == CSUB:
+            before[address + 1] += returns
+    used = [False] * (flow.end + 1)
+    waiting = [n for n, one in enumerate(effects) if one.uses & A]
+    alive = set(waiting)
+    while waiting:
+        for address in before[waiting.pop()]:
+            used[address] = True
+            if address not in alive and not effects[address].sets & A:
+                alive.add(address)
+                waiting.append(address)
+    return used
