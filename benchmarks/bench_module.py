@@ -15,6 +15,7 @@ from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import HZ, Part, run_until
 from tmcm34x.firmware.module import Module
+from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.tmcl.datagram import Instruction, pack_request
 
@@ -38,7 +39,7 @@ def moving(part: Part, module: Module, seconds: float) -> tuple[float, int]:
     rng = random.Random(343)
     arrived: list[int] = [0, 1, 2]
     ports = [
-        module.open_serial_port(lambda data, motor=motor: arrived.append(motor) if data[2] == 128 else None)
+        SerialPort(module, lambda data, motor=motor: arrived.append(motor) if data[2] == 128 else None)
         for motor in range(3)
     ]
     moves = 0
@@ -64,7 +65,7 @@ def resting() -> float:
 def telegram(instruction: Instruction, *, in_motion: bool) -> float:
     """Seconds from the bytes of a command to the bytes of its reply."""
     module = switched_on(343)
-    port = module.open_serial_port(lambda data: None)
+    port = SerialPort(module, lambda data: None)
     if in_motion:
         for motor in range(3):
             module.execute(Instruction(1, 0, motor, 700 + motor))

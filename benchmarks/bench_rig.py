@@ -15,6 +15,7 @@ from bench_module import moving
 from tmcm34x.bench import Rig, build, simple_rig
 from tmcm34x.bench.description import parse
 from tmcm34x.clock import HZ, MS
+from tmcm34x.firmware.ports.can import CanPort
 from tmcm34x.tmcl.datagram import Instruction
 
 SECONDS = 500
@@ -54,7 +55,7 @@ def homing(rig: Rig) -> float:
     for _ in range(3):
         for motor in range(3):
             module.execute(Instruction(13, 0, motor))
-        while any(search.state for search in module.searches):
+        while any(axis.search for axis in module.axes):
             rig.advance(rig.next_event())
     return rig.now / HZ / (time.process_time() - start)
 
@@ -63,7 +64,7 @@ def poll(count: int) -> float:
     """Ask modules on one line in turn, all of them moving; returns seconds of work per answer."""
     rig = build(parse("".join(f"[[module]]\naddress = {n}\n" for n in range(count))))
     answers: list[bytes] = []
-    ports = [module.open_can_port(lambda identifier, data: answers.append(data)) for module in rig.modules]
+    ports = [CanPort(module, lambda identifier, data: answers.append(data)) for module in rig.modules]
     for module in rig.modules:
         module.execute(Instruction(1, 0, 0, 100))
     request = bytes((6, 1, 0, 0, 0, 0, 0))

@@ -70,7 +70,7 @@ def play(case, wire, model, *, watched=False):
     """Play `case` over `wire`; `watched` notes the commands of the program too."""
     player = MarkingPlayer(wire, str(case.path), case.title)
     if watched:
-        wire.rig.modules[0].observer = Watcher(player)
+        wire.rig.modules[0].observers.append(Watcher(player))
     return play_case(case, wire, model, player)
 
 

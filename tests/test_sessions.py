@@ -13,6 +13,7 @@ from tmcm34x.bench.session.language import KINDS, load
 from tmcm34x.bench.session.language import parse as read
 from tmcm34x.bench.session.runner import make_rig
 from tmcm34x.bench.session.wires import MemorySerial, open_wire
+from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.tmcl.datagram import Instruction, Reply, pack_reply, pack_request, unpack_reply
 
 SESSIONS = Path(__file__).parent / "sessions"
@@ -108,7 +109,7 @@ def test_a_programs_user_function_loads_the_accumulator():
 @pytest.mark.parametrize("address", [0, 1, 77, 255])
 def test_usb_takes_any_address(address):
     received = bytearray()
-    port = simple_rig().modules[0].open_serial_port(received.extend, any_address=True)
+    port = SerialPort(simple_rig().modules[0], received.extend, any_address=True)
     port.receive(pack_request(address, Instruction(10, 66)))
     assert unpack_reply(received) == Reply(2, 1, 100, 10, 1)
 
@@ -119,7 +120,7 @@ def test_modules_on_one_line_answer_one_by_one():
         parse("[[module]]\naddress = 1\n[[module]]\naddress = 2\nmodel = 341\n[[module]]\naddress = 5\n")
     )
     received = bytearray()
-    ports = [module.open_serial_port(received.extend) for module in rig.modules]
+    ports = [SerialPort(module, received.extend) for module in rig.modules]
     for address in range(1, 7):
         for port in ports:
             port.receive(pack_request(address, Instruction(10, 66)))

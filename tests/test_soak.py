@@ -14,6 +14,7 @@ from conformance import COMMANDS
 from tmcm34x import clock
 from tmcm34x.bench import build
 from tmcm34x.bench.description import parse
+from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS
 from tmcm34x.tmcl.commands import COORDINATES, PROGRAM_SIZE, USER_VARIABLES
@@ -85,7 +86,7 @@ class Soak:
         self.random = random.Random(seed)
         self.slices = slices and random.Random(slices)
         self.received = bytearray()
-        self.port = self.module.open_serial_port(self.received.extend)
+        self.port = SerialPort(self.module, self.received.extend)
         self.digest = hashlib.blake2b()
         self.book = Book(model)
         self.operations = 0

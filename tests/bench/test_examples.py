@@ -8,6 +8,7 @@ from bench.rigs import run_ms, run_while, say, view
 from tmcm34x.bench import load
 from tmcm34x.bench.description import read
 from tmcm34x.clock import NEVER
+from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.toolchain.assembler import assemble
 
 FOLDER = Path(__file__).parents[2] / "examples" / "benches"
@@ -129,7 +130,7 @@ def test_three_modules_share_the_line_by_their_addresses():
     rig = bench("rs485")
     assert [say(rig, "GGP 66, 0", module=n) for n in range(3)] == [1, 2, 3]
     answers = [[], [], []]
-    ports = [module.open_serial_port(answers[n].append) for n, module in enumerate(rig.modules)]
+    ports = [SerialPort(module, answers[n].append) for n, module in enumerate(rig.modules)]
     request = bytes((3, 136, 1, 0, 0, 0, 0, 0, 140))
     for port in ports:
         port.receive(request)

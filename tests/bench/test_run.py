@@ -54,7 +54,7 @@ def outcome(rig: Rig, program: list[Instruction], periods: list[int], *, looking
     figures = FiguresRecorder(rig)
     rig.modules[0].eeprom.write_program(program)
     if looking:
-        rig.modules[0].observer = Looking()
+        rig.modules[0].observers.append(Looking())
     recorders = [figures, Ticking(periods)] if periods else [figures]
     run = Run(rig, Trace(rig, recorders))
     run.start()

@@ -7,6 +7,7 @@ from tmcm34x.board.models import MODELS
 from tmcm34x.chips import registers
 from tmcm34x.clock import MS, run_until
 from tmcm34x.firmware.module import Module
+from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.tmcl.datagram import Instruction, Reply, pack_request, unpack_reply
 from tmcm34x.tmcl.mnemonic import parse_instruction
@@ -25,7 +26,7 @@ class Host:
         self.module = module
         self.address = address
         self.received: list[bytes] = []
-        self.port = module.open_serial_port(self.received.append)
+        self.port = SerialPort(module, self.received.append)
 
     def send(self, number: int, type_: int = 0, motor: int = 0, value: int = 0) -> None:
         self.port.receive(pack_request(self.address, Instruction(number, type_, motor, value)))
@@ -74,7 +75,7 @@ def chip_state(chip) -> tuple:
 
 def module_state(module: Module) -> tuple:
     """Everything that a command could change."""
-    board, watch = module.board, module.supervision
+    board, axes = module.board, module.axes
     return (
         module.now,
         module.powered,
@@ -84,9 +85,9 @@ def module_state(module: Module) -> tuple:
         module.coordinates,
         [chip_state(chip) for chip in board.chips],
         (board.outputs, tuple(board.currents), tuple(board.enabled)),
-        (watch.due, tuple(watch.moving), tuple(watch.power_due), tuple(watch.free_due), watch.shut_down),
+        (module.due, module.shut_down, [(axis.moving, axis.power_due, axis.free_due) for axis in axes]),
         (module.program.registers.contents(), module.program.state, module.program.downloading),
-        [search.state for search in module.searches],
+        [axis.search for axis in module.axes],
         (
             module.silent,
             module.tick_origin,

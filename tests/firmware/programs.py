@@ -6,6 +6,7 @@ from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import MS, run_until
 from tmcm34x.firmware.module import Module
+from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.tmcl.datagram import Instruction, Reply, pack_request, unpack_reply
 from tmcm34x.tmcl.mnemonic import parse_instruction
@@ -49,7 +50,7 @@ class Wire:
 
     def __init__(self, module: Module) -> None:
         self.received = bytearray()
-        self.port = module.open_serial_port(self.received.extend)
+        self.port = SerialPort(module, self.received.extend)
 
     def send(self, data: bytes) -> bytes:
         """What comes back at once."""

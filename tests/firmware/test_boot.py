@@ -11,6 +11,7 @@ from pytrinamic.tmcl import TMCLReplyStatusError
 from firmware.hosts import Host, switched_on
 from firmware.programs import program_of
 from tmcm34x.firmware.boot import COMMANDS, PAGE, SIZE, START, BootLoader
+from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.tmcl.commands import BOOT_KEY
 from tmcm34x.tmcl.datagram import Instruction, pack_request
 
@@ -180,7 +181,7 @@ class InProcess(TmclInterface):
     def __init__(self, module):
         super().__init__(2, 1)
         self.replies = []
-        self.port = module.open_serial_port(self.replies.append)
+        self.port = SerialPort(module, self.replies.append)
 
     def close(self):
         pass

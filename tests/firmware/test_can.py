@@ -4,6 +4,7 @@ import pytest
 
 from firmware.hosts import switched_on
 from tmcm34x.clock import MS, run_until
+from tmcm34x.firmware.ports.can import CanPort
 from tmcm34x.tmcl.datagram import Instruction, pack_can_request
 
 
@@ -13,7 +14,7 @@ def wired(**settings):
         module.eeprom.set_global_value(int(number[2:]), value)
     module.take_settings()
     sent: list[tuple[int, bytes]] = []
-    return module, module.open_can_port(lambda identifier, data: sent.append((identifier, data))), sent
+    return module, CanPort(module, lambda identifier, data: sent.append((identifier, data))), sent
 
 
 @pytest.mark.parametrize("size", [7, 8])

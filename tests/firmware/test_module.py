@@ -7,7 +7,9 @@ from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.chips.registers import FIELDS, read_ram
 from tmcm34x.clock import HZ, MS, NEVER, run_until
+from tmcm34x.firmware.boot import BootLoader
 from tmcm34x.firmware.module import Module
+from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.firmware.storage import Eeprom, EepromError
 from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS
 from tmcm34x.tmcl.commands import BOOT_KEY
@@ -261,7 +263,7 @@ def test_a_host_may_send_from_within_the_reply_it_gets():
             port.receive(pack_request(1, Instruction(4, 1, 0, 500)))
             port.receive(pack_request(1, Instruction(138, 0, 0, 1)))
 
-    port = module.open_serial_port(answer)
+    port = SerialPort(module, answer)
     port.receive(pack_request(1, Instruction(138, 0, 0, 1)))
     run_until(module, 10 * HZ)
     assert received == [
@@ -300,11 +302,10 @@ def test_command_242_is_unknown_without_a_boot_loader():
 def test_command_242_with_its_key_calls_the_boot_loader_without_reply():
     module = switched_on()
     host = Host(module)
-    called = []
-    module.on_boot = called.append
+    boot = BootLoader(module)
     type_, motor, value = BOOT_KEY
     host.send(242, type_, motor, value)
-    assert (called, host.replies()) == ([host.port], [])
+    assert (boot.active, host.replies()) == (True, [])
     host.send(242, type_, motor, value + 1)
     assert [reply.status for reply in host.replies()] == [2]
 
@@ -343,7 +344,7 @@ def test_several_ports_are_answered_separately():
 def test_a_usb_port_takes_any_address():
     module = switched_on()
     received = []
-    port = module.open_serial_port(received.append, any_address=True)
+    port = SerialPort(module, received.append, any_address=True)
     for address in (0, 1, 77, 255):
         port.receive(pack_request(address, Instruction(6, 4, 0)))
     assert len(received) == 4
@@ -406,7 +407,8 @@ def test_an_observer_sees_telegrams_and_events():
 
     module = switched_on()
     host = Host(module)
-    module.observer = recorder = Recorder()
+    recorder = Recorder()
+    module.observers.append(recorder)
     host.wait_ms(1)
     host.do("GAP 4, 0")
     module.reset()

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from firmware.hosts import Host, switched_on
 from tmcm34x.chips.ramp import brake_factor
 from tmcm34x.clock import HZ, MS, NEVER, run_until
-from tmcm34x.firmware.motion import MOTOR_FIELDS
+from tmcm34x.firmware.axis import MOTOR_FIELDS
 
 MODELS = pytest.mark.parametrize("model", [341, 342, 343])
 

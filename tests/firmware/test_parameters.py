@@ -5,6 +5,7 @@ import pytest
 from firmware.hosts import Host, switched_on
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import MS
+from tmcm34x.firmware import drivers
 from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS
 from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS
 from tmcm34x.tmcl.mnemonic import parse_instruction
@@ -148,7 +149,7 @@ def test_cells_keep_six_bits_lowest_cell_in_the_lowest_byte():
     host.do("SGP 23, 0, -1")
     assert host.do("GGP 23, 0") == 0x3F3F3F3F
     host.do("SGP 24, 0, $04030201")
-    assert module.drivers.read_cells(68, 4) == bytes((1, 2, 3, 4))
+    assert drivers.read_cells(module.board, 68, 4) == bytes((1, 2, 3, 4))
 
 
 def test_storing_other_parameters_of_bank_0_does_nothing():

@@ -134,5 +134,5 @@ def test_commands_that_act_cannot_be_peeked():
 
 
 def test_each_row_with_an_effect_of_reading_has_a_reader_without_one():
-    assert {row.key for row in AXIS_PARAMETERS if row.effect} == set(AXIS_READERS)
-    assert {row.key for row in GLOBAL_PARAMETERS if row.effect} == set(GLOBAL_READERS)
+    assert {row.number for row in AXIS_PARAMETERS if row.effect} == set(AXIS_READERS)
+    assert {row.number for row in GLOBAL_PARAMETERS if row.effect} == set(GLOBAL_READERS)

@@ -619,7 +619,8 @@ class DeafRecorder(Recorder):
 
 def test_an_observer_sees_each_command_at_its_clock() -> None:
     module = module_with("CALC LOAD, 1 \n WAIT TICKS, 0, 1 \n STOP")
-    module.observer = recorder = Recorder()
+    recorder = Recorder()
+    module.observers.append(recorder)
     module.program.run()
     run_to_stop(module)
     later = 3 * CLOCKS + 10 * MS
@@ -628,7 +629,7 @@ def test_an_observer_sees_each_command_at_its_clock() -> None:
 
 def test_an_observer_that_wants_no_commands_does_not_slow_the_program() -> None:
     module = started(HANDSHAKE)
-    module.observer = DeafRecorder()
+    module.observers.append(DeafRecorder())
     assert events(module, 1000) < 20
 
 

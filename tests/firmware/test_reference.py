@@ -8,8 +8,8 @@ from firmware.programs import Wire, direct, program_of
 from tmcm34x.bench import Rig, build
 from tmcm34x.bench.description import parse
 from tmcm34x.clock import MS, run_until
+from tmcm34x.firmware.axis import Search
 from tmcm34x.firmware.module import Module
-from tmcm34x.firmware.reference import Search
 
 LEAD_MM = 8.0
 USTEPS_PER_MM = 200 * 64 / LEAD_MM
@@ -46,9 +46,9 @@ def run_ms(rig: Rig, milliseconds: float) -> None:
 def search(rig: Rig, motor: int = 0, limit_ms: int = 60_000) -> None:
     """Run until the search has ended."""
     limit = rig.now + limit_ms * MS
-    while rig.modules[0].searches[motor].state and rig.now < limit:
+    while rig.modules[0].axes[motor].search and rig.now < limit:
         rig.advance(min(rig.next_event(), limit))
-    assert rig.modules[0].searches[motor].state is Search.IDLE
+    assert rig.modules[0].axes[motor].search is Search.IDLE
 
 
 def carriage_mm(rig: Rig, motor: int = 0) -> float:
@@ -141,8 +141,8 @@ def top_speeds(*settings: str) -> tuple[int, int]:
         direct(module, line)
     direct(module, "RFS START, 0")
     speeds: dict[Search, int] = {}
-    while module.searches[0].state:
-        state = module.searches[0].state
+    while module.axes[0].search:
+        state = module.axes[0].search
         rig.advance(rig.next_event())
         speeds[state] = max(speeds.get(state, 0), abs(value(module, "GAP 3, 0")))
     return speeds[Search.GOING_LEFT], speeds[Search.REENTERING]

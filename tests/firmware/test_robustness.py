@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from firmware.hosts import Host, module_state, switched_on
 from tmcm34x.clock import MS, run_until
-from tmcm34x.firmware.serial import TIME_OUT
+from tmcm34x.firmware.ports.can import CanPort
+from tmcm34x.firmware.ports.serial import TIME_OUT, SerialPort
 from tmcm34x.tmcl.commands import COMMANDS, CONTROL_FUNCTIONS
 from tmcm34x.tmcl.datagram import Instruction, checksum, pack_can_request, pack_request, unpack_reply
 
@@ -45,7 +46,7 @@ def test_random_commands_are_answered_once_with_nine_bytes_each(model):
     rng = random.Random(model)
     module = switched_on(model)
     received: list[bytes] = []
-    port = module.open_serial_port(received.append)
+    port = SerialPort(module, received.append)
     for _ in range(TELEGRAMS):
         instruction = random_instruction(rng)
         if not keeps_the_line(instruction):
@@ -70,7 +71,7 @@ def test_random_bytes_in_random_pieces_never_raise_and_never_get_a_torn_reply():
     rng = random.Random(7)
     module = switched_on()
     received: list[bytes] = []
-    port = module.open_serial_port(received.append, any_address=True)
+    port = SerialPort(module, received.append, any_address=True)
     for _ in range(20_000):
         telegram = pack_request(1, random_instruction(rng))
         kind = rng.random()
@@ -97,7 +98,7 @@ def test_random_can_frames_are_answered_with_as_many_bytes():
     rng = random.Random(8)
     module = switched_on()
     received: list[tuple[int, bytes]] = []
-    port = module.open_can_port(lambda identifier, data: received.append((identifier, data)))
+    port = CanPort(module, lambda identifier, data: received.append((identifier, data)))
     for _ in range(10_000):
         instruction = random_instruction(rng)
         if instruction.number in {9, 35} and instruction.motor == 0 and instruction.type in {70, 71, 83, 255}:
@@ -141,7 +142,7 @@ def test_a_refused_command_changes_nothing():
 def test_after_any_noise_and_a_pause_a_telegram_is_understood(chunks, pauses):
     module = switched_on()
     received: list[bytes] = []
-    port = module.open_serial_port(received.append)
+    port = SerialPort(module, received.append)
     for chunk, pause in zip(chunks, pauses, strict=False):
         port.receive(bytes(byte if byte != 1 else 0 for byte in chunk))
         run_until(module, module.now + pause)
@@ -157,7 +158,7 @@ def test_one_wrong_byte_is_answered_with_status_1_or_not_at_all(index, error):
     received: list[bytes] = []
     telegram = bytearray(pack_request(1, Instruction(5, 4, 0, 500)))
     telegram[index] = telegram[index] + error & 0xFF
-    module.open_serial_port(received.append).receive(bytes(telegram))
+    SerialPort(module, received.append).receive(bytes(telegram))
     wrong = bytes((2, 1, 1, 0, 0, 0, 0, 0))
     expected = [] if index == 0 else [wrong + bytes((checksum(wrong),))]
     assert received == expected
@@ -206,7 +207,7 @@ def history(model: int, seed: int, slices: random.Random | None) -> tuple[list, 
     module = switched_on(model)
     replies: list[tuple[int, bytes]] = []
     states: list[tuple] = []
-    port = module.open_serial_port(lambda data: replies.append((module.now, data)))
+    port = SerialPort(module, lambda data: replies.append((module.now, data)))
     for _ in range(25):
         port.receive(pack_request(1, moving_instruction(rng)))
         pin = rng.random()

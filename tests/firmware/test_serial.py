@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from firmware.hosts import Host, switched_on
 from tmcm34x.clock import MS, run_until
-from tmcm34x.firmware.serial import TIME_OUT
+from tmcm34x.firmware.ports.serial import TIME_OUT, SerialPort
 from tmcm34x.tmcl.datagram import Instruction, pack_request
 from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
@@ -20,7 +20,7 @@ def wired(**options):
     """A module and a port, with what the port has sent so far."""
     module = switched_on()
     sent: list[bytes] = []
-    return module, module.open_serial_port(sent.append, **options), sent
+    return module, SerialPort(module, sent.append, **options), sent
 
 
 def test_a_telegram_is_answered_at_once():
@@ -94,7 +94,7 @@ def test_a_new_address_holds_after_the_reply():
 def test_a_new_baud_rate_holds_after_the_reply():
     module, _, _ = wired()
     rates = []
-    port = module.open_serial_port(lambda _: rates.append(port.baud_rate))
+    port = SerialPort(module, lambda _: rates.append(port.baud_rate))
     assert port.baud_rate == BAUD_RATES[0] == 9600
     port.receive(pack_request(1, Instruction(9, 65, 0, 7)))
     assert (rates, port.baud_rate) == ([9600], 115200)
@@ -110,7 +110,7 @@ def test_a_new_baud_rate_holds_after_the_reply():
 def test_replies_keep_their_order_through_the_telegram_pause():
     module = switched_on()
     seen = []
-    port = module.open_serial_port(lambda data: seen.append((module.now, data[7])))
+    port = SerialPort(module, lambda data: seen.append((module.now, data[7])))
     port.receive(pack_request(1, Instruction(9, 75, 0, 15)))
     run_until(module, 5 * MS)
     port.receive(pack_request(1, Instruction(9, 0, 2, 1)))
@@ -125,7 +125,7 @@ def test_replies_keep_their_order_through_the_telegram_pause():
 def test_the_pause_holds_back_the_second_reply_of_138_too():
     module = switched_on()
     seen = []
-    port = module.open_serial_port(lambda data: seen.append((module.now, data[2])))
+    port = SerialPort(module, lambda data: seen.append((module.now, data[2])))
     module.eeprom.set_global_value(75, 10)
     module.take_settings()
     port.receive(pack_request(1, Instruction(138, 0, 0, 7)))
@@ -180,7 +180,7 @@ def test_the_port_starts_in_ascii_mode_when_parameter_67_says_so():
     assert port.ascii_mode
     port.receive(b"AGAP 4, 0\r")
     assert sent == [b"BA 100 1000\r"]
-    assert module.open_serial_port(sent.append).ascii_mode
+    assert SerialPort(module, sent.append).ascii_mode
 
 
 def test_power_off_forgets_half_a_telegram_and_what_was_to_be_sent():

@@ -12,24 +12,24 @@ from hypothesis import strategies as st
 from tmcm34x.board.models import MODELS
 from tmcm34x.firmware.changes import ENTRY_SIZE, Cell, Change
 from tmcm34x.firmware.storage import (
-    STORED_AXIS_PARAMETERS,
-    STORED_GLOBAL_PARAMETERS,
     Eeprom,
     EepromError,
+    axis_rows,
     begin_journal,
+    global_rows,
     without_unfinished,
 )
 from tmcm34x.tmcl.datagram import Instruction
 
 
-def filled(model: int, seed: int) -> Eeprom:
+def filled(model: int, seed: int, profile: str = "standard") -> Eeprom:
     """A memory in which hardly anything is as delivered."""
-    eeprom = Eeprom(model)
-    for row in STORED_AXIS_PARAMETERS[model]:
+    eeprom = Eeprom(model, profile)
+    for row in (row for row in axis_rows(model, profile) if row.stored):
         for motor in range(3):
             span = row.high - row.low + 1
             eeprom.set_axis_value(motor, row.number, row.low + (seed * 7919 + motor * 31 + row.number) % span)
-    for row in STORED_GLOBAL_PARAMETERS:
+    for row in (row for row in global_rows(profile) if row.stored):
         eeprom.set_global_value(row.number, row.low + (seed + row.number) % (row.high - row.low + 1))
     for n in range(56):
         eeprom.set_variable(n, (seed * 99991 + n) % 2**32 - 2**31)

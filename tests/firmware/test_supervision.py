@@ -8,7 +8,8 @@ from firmware.hosts import Host, switched_on
 from tmcm34x.chips.tmc246 import Condition, Tmc246
 from tmcm34x.chips.tmc423 import Tmc423
 from tmcm34x.clock import MS, NEVER, run_until
-from tmcm34x.firmware.motion import X_ACTUAL
+from tmcm34x.firmware import drivers, motion
+from tmcm34x.firmware.axis import X_ACTUAL
 
 
 def current(module, motor):
@@ -24,7 +25,7 @@ def test_the_current_is_full_from_the_start_of_a_move_until_the_power_down_delay
     assert module.board.currents == [8, 8, 8]
     host.do("MVP ABS, 1, 3000")
     assert module.board.currents == [8, 128, 8]
-    while module.supervision.moving[1]:
+    while module.axes[1].moving:
         module.advance(module.next_event())
     assert [host.do(f"GAP {n}, 1") for n in (1, 3)] == [3000, 0]
     at_rest = module.now
@@ -49,7 +50,7 @@ def test_a_motor_that_turns_round_moves(acceleration):
     while host.do("GAP 3, 0") <= 0:
         host.wait_ms(20)
     host.wait_ms(100)
-    assert module.supervision.moving[0]
+    assert module.axes[0].moving
     assert changes == [(0, 128, True)]
 
 
@@ -253,7 +254,7 @@ def test_driver_flags_read_at_once():
 
 
 def cells(module, motor):
-    return module.drivers.read_cells(12 * motor, 12)
+    return drivers.read_cells(module.board, 12 * motor, 12)
 
 
 def test_mixed_decay_is_used_above_its_threshold():
@@ -426,7 +427,7 @@ def test_silence_on_the_serial_ports_stops_the_motors_along_their_ramps():
         host.wait_ms(150)
         assert host.do("GAP 138, 1") == 0
     host.wait_ms(199)
-    assert module.supervision.moving == [True, True, False]
+    assert [axis.moving for axis in module.axes] == [True, True, False]
     assert module.axes[0].at_target is False
     host.wait_ms(20)
     assert 0 < host.do("GAP 3, 0") < 1000
@@ -439,9 +440,9 @@ def test_the_heartbeat_waits_for_the_first_command():
     host = Host(module)
     host.do("SGP 68, 0, 100")
     module.reset()
-    module.motion.rotate(0, 500)
+    motion.rotate(module, module.axes[0], 500)
     run_until(module, module.now + 1000 * MS)
-    assert module.motion.axes[0].values[4] == 1000
+    assert module.axes[0].values[4] == 1000
     assert host.do("GAP 3, 0") == 500
     run_until(module, module.now + 1000 * MS)
     assert host.do("GAP 3, 0") == 0

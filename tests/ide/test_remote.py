@@ -8,7 +8,7 @@ import pytest
 
 from ide.ide_driver import running
 from tmcm34x.bench import simple_rig
-from tmcm34x.firmware.motion import V_ACTUAL
+from tmcm34x.firmware.axis import V_ACTUAL
 from tmcm34x.host.exceptions import LinkError
 from tmcm34x.ide import wire
 from tmcm34x.ide.remote import Remote

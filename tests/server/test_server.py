@@ -24,11 +24,11 @@ class Clockwork:
 
     def __init__(self, wall, period=MS, work_s=0.0, ticks=NEVER):
         self.ports = []
-        self.modules = [SimpleNamespace(open_serial_port=self.open_serial_port, ports=self.ports)]
+        self.heard = []
+        self.modules = [SimpleNamespace(ports=self.ports, heard=self.heard, rig=self)]
         self.now = 0
         self.ticks = 0
         self.last = ticks
-        self.heard = []
         self.wall, self.period, self.work_s = wall, period, work_s
 
     def next_event(self):
@@ -41,12 +41,24 @@ class Clockwork:
             self.ticks += 1
             self.wall.time_s += self.work_s
 
-    def open_serial_port(self, send, **options):
-        port = SimpleNamespace(
-            receive=lambda data: (self.heard.append((self.now, data)), port.send(data)), send=send
-        )
-        self.ports.append(port)
-        return port
+
+class Echo:
+    """A port that answers what it receives."""
+
+    def __init__(self, module, send, **options):
+        self.module = module
+        self.send = send
+        module.ports.append(self)
+
+    def receive(self, data):
+        self.module.heard.append((self.module.rig.now, data))
+        self.send(data)
+
+
+@pytest.fixture(autouse=True)
+def echoing_ports(monkeypatch, request):
+    if "wall" in request.fixturenames:
+        monkeypatch.setattr("tmcm34x.server.server.SerialPort", Echo)
 
 
 @pytest.fixture

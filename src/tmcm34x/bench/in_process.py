@@ -12,6 +12,7 @@ from typing import Final
 
 from tmcm34x.bench.rig import BenchError, Rig, simple_rig
 from tmcm34x.clock import HZ, clocks, run_until, seconds
+from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.firmware.storage import Eeprom, EepromError
 from tmcm34x.host.exceptions import LinkError
 from tmcm34x.host.steps import Follow
@@ -105,7 +106,7 @@ class _Modules:
 
     def __init__(self, line: RigLine, send: Send) -> None:
         self._line = line
-        self._ports = [module.open_serial_port(send) for module in line.rig.modules]
+        self._ports = [SerialPort(module, send) for module in line.rig.modules]
 
     def receive(self, data: bytes) -> None:
         for port in self._ports:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
 from tmcm34x.clock import HZ, NEVER
-from tmcm34x.firmware.motion import RAMP_MODE, V_ACTUAL, V_TARGET, VELOCITY, X_TARGET, Axis
+from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, VELOCITY, X_TARGET, Axis
 from tmcm34x.tmcl.commands import WAIT_TYPES
 
 if TYPE_CHECKING:
@@ -218,7 +218,7 @@ def _awaits_pass(module: Module) -> bool:
 
 
 def _searching(module: Module) -> bool:
-    return any(search.state for search in module.searches)
+    return any(axis.search for axis in module.axes)
 
 
 def _settled(module: Module) -> bool:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.bench.run import ENDINGS, TURNING, MotorAt, Run
 from tmcm34x.clock import NEVER, seconds
-from tmcm34x.firmware.motion import X_ACTUAL, X_TARGET
+from tmcm34x.firmware.axis import X_ACTUAL, X_TARGET
 from tmcm34x.tmcl.commands import BY_MNEMONIC, WAIT_TYPES
 from tmcm34x.tmcl.mnemonic import format_instruction
 from tmcm34x.tmcl.status import STATUS_TEXTS

@@ -168,7 +168,7 @@ def _go(run: Run, report: Report, recording: Recording, options: dict[str, Any])
     until = None if options["until"] is None else clocks(options["until"])
     pace = Pace(options["speed"], time.monotonic)
     progress = Progress(sys.stderr, until, lambda: _note(run, report))
-    run.module.observer = recording.watcher
+    run.module.observers.append(recording.watcher)
     with progress, _interruptible():
         try:
             run.start()

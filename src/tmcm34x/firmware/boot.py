@@ -15,17 +15,20 @@ these modules is not public (fidelity FW-100 to FW-104).
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Final, NamedTuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
-from tmcm34x.firmware.serial import SerialPort
+from tmcm34x.firmware import power
+from tmcm34x.firmware.dispatch import do_unknown
+from tmcm34x.firmware.state import Entry
 from tmcm34x.tmcl.commands import BOOT_KEY
 from tmcm34x.tmcl.datagram import signed32
+from tmcm34x.tmcl.numbers import CONTROL
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.dispatch import Result
-    from tmcm34x.firmware.module import Module, Port
+    from tmcm34x.clock import Value
+    from tmcm34x.firmware.state import Answer, Core, Handler, Port, Result
     from tmcm34x.tmcl.datagram import Instruction
 
 PAGE: Final = 0x400
@@ -35,10 +38,8 @@ START: Final = 0x4000
 SIZE: Final = 0x3C000
 """Bytes of flash memory for it."""
 ERASED: Final = 0xFF
-
-GET_VERSION: Final = 136
-START_APPLICATION: Final = 205
-BOOT: Final = 242
+_BINARY_VERSION: Final = 1 << 8
+"""Version 1.00 in the reply of 136 type 1."""
 
 
 class BootCommand(NamedTuple):
@@ -64,156 +65,171 @@ COMMANDS: Final = (
     BootCommand(208, "write length", "Type 0: bytes of the firmware; 1: their sum, which must fit."),
 )
 """The commands of the boot loader."""
+_NUMBERS: Final = {row.name: row.number for row in COMMANDS}
 
 
 class BootLoader:
-    """The boot loader of `module`, put in by making one.
+    """The boot loader of a module, put in by making one.
 
     `active` tells whether it, and not the firmware, answers.
     """
 
-    def __init__(self, module: Module) -> None:
-        number = module.board.model.number
-        self.version = f"{number}B1.00"
+    __slots__ = ("active", "buffer", "length", "memory", "model", "version", "whole")
+
+    def __init__(self, core: Core) -> None:
+        self.model = core.board.model.number
+        self.version = f"{self.model}B1.00"
         self.active = False
-        self._module = module
-        self._wanted = re.compile(rb"%dV\d\.\d\d" % number)
-        self._memory = bytearray()
-        self._buffer = bytearray((ERASED,)) * PAGE
-        self._length = 0
-        self._whole = True
-        self._firmware = list(module.handlers)
-        self._controls = module.controls
-        self._handlers: dict[int, Callable[[int, int, int], Result]] = {
-            200: self._erase,
-            201: self._write_buffer,
-            202: self._write_page,
-            203: self._get_checksum,
-            204: self._read_memory,
-            206: self._get_information,
-            208: self._write_length,
-        }
-        module.on_boot = self._enter_from
-        module.on_power = self._take_over
+        self.memory = bytearray()
+        """The flash; nothing before the first erase: the firmware of this package cannot be read."""
+        self.buffer = bytearray((ERASED,)) * PAGE
+        self.length = 0
+        self.whole = True
+        core.boot = self
 
-    # Coming and going
-
-    def _enter_from(self, port: Port) -> None:
-        del port
-        self._enter()
-
-    def _take_over(self) -> None:
+    def take_over(self, core: Core) -> None:
         """Power-on: to the firmware, if there is a whole one."""
-        if not self._whole:
-            self._enter()
+        if not self.whole:
+            self.enter(core)
         elif self.active:
-            self._leave()
+            core.entries, core.answers = core.firmware
+            self.active = False
 
-    def _enter(self) -> None:
-        module = self._module
-        module.stop_firmware()
-        for port in module.ports:
-            if isinstance(port, SerialPort):
-                port.ascii_mode = False
-        module.handlers[:] = [self._unknown] * len(module.handlers)
-        for number, handler in self._handlers.items():
-            module.handlers[number] = handler
-        module.controls = {
-            GET_VERSION: _tell_version(self.version),
-            START_APPLICATION: self._start,
-            BOOT: _no_reply,
-        }
+    def enter(self, core: Core) -> None:
+        """Leave the firmware."""
+        power.stop_firmware(core)
+        for port in core.ports:
+            port.enter_text(False)
+        core.entries, core.answers = ENTRIES, ANSWERS
         self.active = True
 
-    def _start(self, module: Module, port: Port, instruction: Instruction, size: int) -> None:
-        del port, instruction, size
-        if self._whole:
-            module.reset()
+    def fits(self, total: int) -> bool:
+        """Whether what was written is a firmware for this module, with bytes of that sum."""
+        image = self.memory[: self.length] if 0 < self.length <= SIZE else b""
+        version = re.search(rb"%dV\d\.\d\d" % self.model, image)
+        return signed32(sum(image)) == total and version is not None
 
-    def _leave(self) -> None:
-        module = self._module
-        module.handlers[:] = self._firmware
-        module.controls = self._controls
-        self.active = False
+    def save(self) -> Value:
+        """The flash and what was received of it."""
+        return self.active, bytes(self.memory), bytes(self.buffer), self.length, self.whole
 
-    # Commands
-
-    @staticmethod
-    def _unknown(type_: int, motor: int, value: int) -> Result:
-        del type_, motor
-        return Status.INVALID_COMMAND, value
-
-    def _erase(self, type_: int, motor: int, value: int) -> Result:
-        del type_, motor
-        self._memory = bytearray((ERASED,)) * SIZE
-        self._length = 0
-        self._whole = False
-        return Status.OK, value
-
-    def _write_buffer(self, type_: int, motor: int, value: int) -> Result:
-        offset = 4 * (type_ + 256 * motor)
-        if offset >= PAGE:
-            return Status.INVALID_VALUE, value
-        self._buffer[offset : offset + 4] = value.to_bytes(4, "little", signed=True)
-        return Status.OK, value
-
-    def _write_page(self, type_: int, motor: int, value: int) -> Result:
-        del type_, motor
-        offset = value - START
-        if value % PAGE or not 0 <= offset < SIZE:
-            return Status.INVALID_VALUE, value
-        if not self._memory:
-            return Status.NOT_AVAILABLE, value
-        self._memory[offset : offset + PAGE] = self._buffer
-        self._buffer[:] = bytes((ERASED,)) * PAGE
-        self._whole = False
-        return Status.OK, value
-
-    def _get_checksum(self, type_: int, motor: int, value: int) -> Result:
-        del type_, motor
-        if not START <= value < START + SIZE:
-            return Status.INVALID_VALUE, value
-        return Status.OK, signed32(sum(self._memory[: value - START + 1]))
-
-    def _read_memory(self, type_: int, motor: int, value: int) -> Result:
-        del type_, motor
-        offset = value - START
-        if not 0 <= offset <= SIZE - 4:
-            return Status.INVALID_VALUE, value
-        word = self._memory[offset : offset + 4] or bytes((ERASED,)) * 4
-        return Status.OK, int.from_bytes(word, "little", signed=True)
-
-    def _get_information(self, type_: int, motor: int, value: int) -> Result:
-        del motor
-        answers = (PAGE, START, SIZE)
-        return (Status.OK, answers[type_]) if type_ < len(answers) else (Status.WRONG_TYPE, value)
-
-    def _write_length(self, type_: int, motor: int, value: int) -> Result:
-        del motor
-        if type_ == 0:
-            self._length = value
-            return (Status.OK if 0 < value <= SIZE else Status.INVALID_VALUE), value
-        if type_ != 1:
-            return Status.WRONG_TYPE, value
-        image = self._memory[: self._length] if 0 < self._length <= SIZE else b""
-        self._whole = signed32(sum(image)) == value and self._wanted.search(image) is not None
-        return (Status.OK if self._whole else Status.INVALID_VALUE), value
+    def load(self, core: Core, value: Any) -> None:
+        """Go back to what `save` gave."""
+        self.active, memory, buffer, self.length, self.whole = value
+        self.memory, self.buffer = bytearray(memory), bytearray(buffer)
+        core.entries, core.answers = (ENTRIES, ANSWERS) if self.active else core.firmware
 
 
-def _tell_version(version: str) -> Callable[[Module, Port, Instruction, int], None]:
+def _of(core: Core) -> BootLoader:
+    return cast(BootLoader, core.boot)
+
+
+def _erase(core: Core, _type: int, _motor: int, value: int) -> Result:
+    boot = _of(core)
+    boot.memory = bytearray((ERASED,)) * SIZE
+    boot.length = 0
+    boot.whole = False
+    return Status.OK, value
+
+
+def _write_buffer(core: Core, type_: int, motor: int, value: int) -> Result:
+    offset = 4 * (type_ + 256 * motor)
+    if offset >= PAGE:
+        return Status.INVALID_VALUE, value
+    _of(core).buffer[offset : offset + 4] = value.to_bytes(4, "little", signed=True)
+    return Status.OK, value
+
+
+def _write_page(core: Core, _type: int, _motor: int, value: int) -> Result:
+    boot = _of(core)
+    offset = value - START
+    if value % PAGE or not 0 <= offset < SIZE:
+        return Status.INVALID_VALUE, value
+    if not boot.memory:
+        return Status.NOT_AVAILABLE, value
+    boot.memory[offset : offset + PAGE] = boot.buffer
+    boot.buffer[:] = bytes((ERASED,)) * PAGE
+    boot.whole = False
+    return Status.OK, value
+
+
+def _get_checksum(core: Core, _type: int, _motor: int, value: int) -> Result:
+    if not START <= value < START + SIZE:
+        return Status.INVALID_VALUE, value
+    return Status.OK, signed32(sum(_of(core).memory[: value - START + 1]))
+
+
+def _read_memory(core: Core, _type: int, _motor: int, value: int) -> Result:
+    offset = value - START
+    if not 0 <= offset <= SIZE - 4:
+        return Status.INVALID_VALUE, value
+    word = _of(core).memory[offset : offset + 4] or bytes((ERASED,)) * 4
+    return Status.OK, int.from_bytes(word, "little", signed=True)
+
+
+def _get_information(_core: Core, type_: int, _motor: int, value: int) -> Result:
+    answers = (PAGE, START, SIZE)
+    return (Status.OK, answers[type_]) if type_ < len(answers) else (Status.WRONG_TYPE, value)
+
+
+def _write_length(core: Core, type_: int, _motor: int, value: int) -> Result:
+    boot = _of(core)
+    if type_ == 0:
+        boot.length = value
+        return (Status.OK if 0 < value <= SIZE else Status.INVALID_VALUE), value
+    if type_ != 1:
+        return Status.WRONG_TYPE, value
+    boot.whole = boot.fits(value)
+    return (Status.OK if boot.whole else Status.INVALID_VALUE), value
+
+
+_HANDLERS: Final[Mapping[str, Handler]] = {
+    "erase": _erase,
+    "write buffer": _write_buffer,
+    "write page": _write_page,
+    "get checksum": _get_checksum,
+    "read memory": _read_memory,
+    "get information": _get_information,
+    "write length": _write_length,
+}
+
+
+def _entries() -> tuple[Entry, ...]:
+    entries = [Entry(do_unknown)] * 256
+    for name, handler in _HANDLERS.items():
+        entries[_NUMBERS[name]] = Entry(handler)
+    return tuple(entries)
+
+
+ENTRIES: Final = _entries()
+"""What each command number 0..255 does while the boot loader is in charge."""
+
+
+def _answer_version(core: Core, port: Port, instruction: Instruction, size: int) -> None:
     """136: the version, as text or as a number with version 1.00."""
-
-    def tell(module: Module, port: Port, instruction: Instruction, size: int) -> None:
-        if instruction.type == 0:
-            port.answer_text(version.encode("ascii"), size)
-        else:
-            port.answer(Status.OK, GET_VERSION, module.board.model.number << 16 | 1 << 8, size)
-
-    return tell
+    if instruction.type == 0:
+        port.answer_text(_of(core).version.encode("ascii"), size)
+    else:
+        version = core.board.model.number << 16 | _BINARY_VERSION
+        port.answer(Status.OK, instruction.number, version, size)
 
 
-def _no_reply(module: Module, port: Port, instruction: Instruction, size: int) -> None:
+def _start(core: Core, port: Port, instruction: Instruction, size: int) -> None:
+    """205 is never answered."""
+    del port, instruction, size
+    if _of(core).whole:
+        power.cycle(core)
+
+
+def _enter_again(_core: Core, port: Port, instruction: Instruction, size: int) -> None:
     """242 with its key is never answered."""
     if instruction[1:] != BOOT_KEY:
         port.answer(Status.INVALID_COMMAND, instruction.number, instruction.value, size)
-    del module
+
+
+ANSWERS: Final[Mapping[int, Answer]] = {
+    CONTROL.GET_FIRMWARE_VERSION: _answer_version,
+    _NUMBERS["start application"]: _start,
+    CONTROL.ENTER_BOOT_LOADER: _enter_again,
+}
+"""How ports answer the commands that are not answered with status and value."""

@@ -13,41 +13,37 @@ from tmcm34x.chips.ramp import signed24
 from tmcm34x.chips.tmc423 import CONFIGURATION, POSITION, Tmc423, configuration, datagram
 
 if TYPE_CHECKING:
-    from tmcm34x.board.board import Board
+    from tmcm34x.firmware.state import Core
 
 
-class Encoders:
-    """The three counters; `interface` is global parameter 74."""
+def position(core: Core, motor: int) -> int:
+    """The counter of a motor's encoder; 0 without an encoder module."""
+    if not core.encoder_interface:
+        return 0
+    return signed24(_exchange(core, datagram(POSITION[motor])))
 
-    __slots__ = ("_board", "interface")
 
-    def __init__(self, board: Board) -> None:
-        self._board = board
-        self.interface = 0
+def peek(core: Core, motor: int) -> int | None:
+    """What `position` would give now, without a datagram; None where another device answers."""
+    if not core.encoder_interface:
+        return 0
+    device = core.board.spi_device(core.encoder_interface - 1)
+    if device is None:
+        return 0
+    return signed24(device.preview(motor)) if isinstance(device, Tmc423) else None
 
-    def position(self, motor: int) -> int:
-        """The counter of a motor's encoder; 0 without an encoder module."""
-        if not self.interface:
-            return 0
-        return signed24(self._exchange(datagram(POSITION[motor])))
 
-    def peek(self, motor: int) -> int | None:
-        """What `position` would give now, without a datagram; None where another device answers."""
-        if not self.interface:
-            return 0
-        device = self._board.spi_device(self.interface - 1)
-        if device is None:
-            return 0
-        return signed24(device.preview(motor)) if isinstance(device, Tmc423) else None
+def preload(core: Core, motor: int, position: int) -> None:
+    """Set a counter, if there is one."""
+    if core.encoder_interface:
+        _exchange(core, datagram(POSITION[motor], position, write=True))
 
-    def preload(self, motor: int, position: int) -> None:
-        """Set a counter."""
-        self._exchange(datagram(POSITION[motor], position, write=True))
 
-    def configure(self, motor: int, prescaler: int) -> None:
-        """Send axis parameter 210 of a motor to the encoder module, if there is one."""
-        if self.interface:
-            self._exchange(datagram(CONFIGURATION[motor], configuration(prescaler), write=True))
+def configure(core: Core, motor: int, prescaler: int) -> None:
+    """Send axis parameter 210 of a motor to the encoder module, if there is one."""
+    if core.encoder_interface:
+        _exchange(core, datagram(CONFIGURATION[motor], configuration(prescaler), write=True))
 
-    def _exchange(self, data: int) -> int:
-        return self._board.spi_exchange(self.interface - 1, data, 4)
+
+def _exchange(core: Core, data: int) -> int:
+    return core.board.spi_exchange(core.encoder_interface - 1, data, 4)

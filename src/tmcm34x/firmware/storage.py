@@ -31,7 +31,7 @@ from typing import Any, Final
 
 from tmcm34x.board.models import CELLS, MICROSTEP_TABLE, MODELS
 from tmcm34x.firmware.changes import ENTRY_SIZE, TABLE_CELLS, Cell, Chain, Change, JournalError, unfinished
-from tmcm34x.tmcl import axis_parameters, global_parameters
+from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS, LATER_AXIS_PARAMETERS, AxisParameter
 from tmcm34x.tmcl.commands import (
     COORDINATES,
     MOTORS,
@@ -41,6 +41,8 @@ from tmcm34x.tmcl.commands import (
     USER_VARIABLES,
 )
 from tmcm34x.tmcl.datagram import Instruction, signed32
+from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS, LATER_GLOBAL_PARAMETERS, GlobalParameter
+from tmcm34x.tmcl.numbers import GP
 
 FORMAT: Final = 1
 INSTRUCTION_SIZE: Final = 7
@@ -56,15 +58,22 @@ _INSTRUCTION: Final = struct.Struct(">BBBi")
 _RECORD: Final = struct.Struct(f"{INSTRUCTION_SIZE}s")
 _PROGRAM_BYTES: Final = PROGRAM_SIZE * INSTRUCTION_SIZE
 
-STORED_AXIS_PARAMETERS: Final = {
-    number: tuple(row for row in axis_parameters.AXIS_PARAMETERS if row.stored and number in row.models)
-    for number in MODELS
-}
-"""The rows that STAP knows, by model."""
+STANDARD: Final = "standard"
+LATER: Final = "later"
+PROFILES: Final = (STANDARD, LATER)
+"""Which parameters a module has: those of the manual, or some of later firmware too (fidelity TMCL-18)."""
 
-STORED_GLOBAL_PARAMETERS: Final = tuple(
-    row for row in global_parameters.GLOBAL_PARAMETERS if row.bank == 0 and row.stored
-)
+
+def axis_rows(model: int, profile: str) -> tuple[AxisParameter, ...]:
+    """The axis parameters of a model with a profile."""
+    later = LATER_AXIS_PARAMETERS if profile == LATER else ()
+    return tuple(row for row in (*AXIS_PARAMETERS, *later) if model in row.models)
+
+
+def global_rows(profile: str) -> tuple[GlobalParameter, ...]:
+    """The global parameters of bank 0 with a profile."""
+    later = LATER_GLOBAL_PARAMETERS if profile == LATER else ()
+    return tuple(row for row in (*GLOBAL_PARAMETERS, *later) if row.bank == 0)
 
 
 class EepromError(ValueError):
@@ -90,13 +99,16 @@ class Eeprom:
         "listeners",
         "microstep_table",
         "model",
+        "profile",
         "program",
         "revision",
         "variables",
     )
 
-    def __init__(self, model: int = 343) -> None:
+    def __init__(self, model: int = 343, profile: str = STANDARD) -> None:
         self.model = model
+        self.profile = profile
+        """Which parameters there are: "standard" or "later"."""
         self.revision = 0
         self.listeners: list[Listener] = []
         """Called with each write, or with several that belong together."""
@@ -128,19 +140,31 @@ class Eeprom:
 
     def restore_defaults(self) -> None:
         """Put every setting back to its factory default; the program stays (fidelity FW-11)."""
-        defaults = {row.number: row.default for row in STORED_AXIS_PARAMETERS[self.model]}
-        self.axis_values = [dict(defaults) for _ in range(MOTORS)]
-        self.global_values = {row.number: row.default for row in STORED_GLOBAL_PARAMETERS}
+        axis_defaults, global_defaults = self._defaults()
+        self.axis_values = [dict(axis_defaults) for _ in range(MOTORS)]
+        self.global_values = global_defaults
         self.variables = [0] * USER_VARIABLES
         self.coordinates = [[0] * (COORDINATES - 1) for _ in range(MOTORS)]
         self.driver_chain = MODELS[self.model].driver_chain
         self.microstep_table = MICROSTEP_TABLE
         self._changed(Change(Cell.DEFAULTS))
 
+    def _defaults(self) -> tuple[dict[int, int], dict[int, int]]:
+        """The factory defaults of axis and global parameters."""
+        axis = {row.number: row.default for row in axis_rows(self.model, self.profile) if row.stored}
+        return axis, {row.number: row.default for row in global_rows(self.profile) if row.stored}
+
+    def take_profile(self, profile: str) -> None:
+        """Have room for the parameters of a profile too; those that are new have their defaults."""
+        self.profile = profile
+        axis_defaults, global_defaults = self._defaults()
+        self.axis_values = [axis_defaults | values for values in self.axis_values]
+        self.global_values = global_defaults | self.global_values
+
     @property
     def locked(self) -> bool:
         """Whether the configuration may not be written (global parameter 73)."""
-        return self.global_values[73] == 1
+        return self.global_values[GP.EEPROM_LOCK] == 1
 
     def set_axis_value(self, motor: int, number: int, value: int) -> None:
         """Store an axis parameter."""
@@ -210,6 +234,16 @@ class Eeprom:
         body += self.driver_chain + self.microstep_table + self.program
         image = _HEADER.pack(_MAGIC, FORMAT, self.model, len(body)) + bytes(body)
         return image + _CRC.pack(zlib.crc32(image))
+
+    def restore(self, image: bytes) -> None:
+        """Become what `to_bytes` of a memory of the same model gave; `revision` counts on."""
+        other = Eeprom.from_bytes(image)
+        self.axis_values, self.global_values = other.axis_values, other.global_values
+        self.variables, self.coordinates = other.variables, other.coordinates
+        self.driver_chain, self.microstep_table = other.driver_chain, other.microstep_table
+        self.program = other.program
+        self.take_profile(self.profile)
+        self.revision += 1
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Eeprom:
@@ -338,15 +372,15 @@ class _Reader:
 
 
 def _check_ranges(eeprom: Eeprom) -> None:
-    axis_rows = {row.number: row for row in STORED_AXIS_PARAMETERS[eeprom.model]}
+    rows = {row.number: row for row in axis_rows(eeprom.model, LATER) if row.stored}
     for values in eeprom.axis_values:
         for number, value in values.items():
-            row = axis_rows.get(number)
+            row = rows.get(number)
             if row is None or not row.low <= value <= row.high:
                 raise EepromError(f"EEPROM image has an impossible axis parameter {number} = {value}")
-    global_rows = {row.number: row for row in STORED_GLOBAL_PARAMETERS}
+    bank_0 = {row.number: row for row in global_rows(LATER) if row.stored}
     for number, value in eeprom.global_values.items():
-        row = global_rows.get(number)
+        row = bank_0.get(number)
         if row is None or not row.low <= value <= row.high:
             raise EepromError(f"EEPROM image has an impossible global parameter {number} = {value}")
     if any(not POSITION_MIN <= x <= POSITION_MAX for positions in eeprom.coordinates for x in positions):

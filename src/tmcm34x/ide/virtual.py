@@ -14,13 +14,14 @@ from tmcm34x import clock
 from tmcm34x.board.board import INPUTS
 from tmcm34x.debug.sessions.base import Listener
 from tmcm34x.debug.sessions.live import LiveSession
-from tmcm34x.firmware.motion import A_ACTUAL, RAMP_MODE, STOP_SWITCHES, V_ACTUAL, V_TARGET, X_ACTUAL, X_TARGET
+from tmcm34x.firmware.axis import A_ACTUAL, RAMP_MODE, STOP_SWITCHES, V_ACTUAL, V_TARGET, X_ACTUAL, X_TARGET
 from tmcm34x.ide import wire
 from tmcm34x.ide.exchange import ASCII_MODE, FACTORY_RESET, answered, unanswered
 from tmcm34x.ide.hands import Hands
 from tmcm34x.ide.state import State, bits, empty, put
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS
 from tmcm34x.tmcl.datagram import SIZE, Instruction, pack_request
+from tmcm34x.tmcl.numbers import AP
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
@@ -279,20 +280,23 @@ class Virtual:
         board = module.board
         view = self.world.mounts[motor].view()
         on = module.powered and board.enabled[motor] and board.currents[motor] > 0
-        drivers = module.drivers if module.powered else None
         flags = bits(
             axis.left_switch, axis.right_switch, axis.left_switch, axis.at_target,
             bool(axis.read(STOP_SWITCHES[0])), bool(axis.read(STOP_SWITCHES[1])), on,
             view.grip in {"stalled", "blocked"},
         )  # fmt: skip
-        encoder = module.encoders.peek(motor) if module.powered else None
+        encoder = self._peek(AP.ENCODER_POSITION, motor)
         put(
             state, f"motor{motor}", axis.read(X_ACTUAL), axis.read(X_TARGET), axis.read(V_ACTUAL), axis.read(V_TARGET),
-            axis.read(A_ACTUAL), encoder or 0, flags, drivers.peek_load(motor) if drivers else 0,
-            drivers.peek_flags(motor) if drivers else 0, board.currents[motor] if on else 0, axis.read(RAMP_MODE),
-            module.searches[motor].state, axis.values.get(140, 0), view.angle_rad, round(view.lost_fullsteps),
+            axis.read(A_ACTUAL), encoder, flags, self._peek(AP.LOAD_VALUE, motor),
+            self._peek(AP.DRIVER_ERROR_FLAGS, motor), board.currents[motor] if on else 0, axis.read(RAMP_MODE),
+            axis.search, axis.values.get(AP.MICROSTEP_RESOLUTION, 0), view.angle_rad, round(view.lost_fullsteps),
             view.load, view.position,
         )  # fmt: skip
+
+    def _peek(self, parameter: int, motor: int) -> int:
+        """An axis parameter, 0 where it is not there or not known."""
+        return self._read(wire.Watched(-1, parameter, motor)) or 0
 
     def _put_board(self, state: State) -> None:
         board = self.module.board

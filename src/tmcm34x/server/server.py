@@ -17,6 +17,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
+from tmcm34x.firmware.ports.can import CanPort
+from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.links import BusPeer, CanLink, Connect, Link, Peer, Plug, Send, SendFrame, pacing
 from tmcm34x.links.timing import LoopTiming
 from tmcm34x.server.pace import Pace
@@ -25,7 +27,6 @@ from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
-    from tmcm34x.firmware.serial import SerialPort
     from tmcm34x.links.faulty import Faults
     from tmcm34x.server.store import Store
 
@@ -253,7 +254,7 @@ class _Line:
         self._send = send
         reply = send if self._log is None else self._log_and_send
         self._ports = [
-            (module, module.open_serial_port(reply, any_address=server.any_address))
+            (module, SerialPort(module, reply, any_address=server.any_address))
             for module in server.rig.modules
         ]
         ports = [port for _, port in self._ports]
@@ -305,7 +306,7 @@ class _Bus:
     def __init__(self, server: Server) -> None:
         self.server = server
         self.clients: list[_Node] = []
-        self.ports = [module.open_can_port(self._reply) for module in server.rig.modules]
+        self.ports = [CanPort(module, self._reply) for module in server.rig.modules]
 
     def connect(self, name: str, send: SendFrame) -> BusPeer:
         """A further client."""

@@ -245,5 +245,25 @@ AXIS_PARAMETERS: Final[tuple[AxisParameter, ...]] = (
 )  # fmt: skip
 """All axis parameters, by number."""
 
+LATER_AXIS_PARAMETERS: Final[tuple[AxisParameter, ...]] = (
+    AxisParameter(
+        141, "reference_switch_tolerance", "ref. switch tolerance", "RW", 0, 4095, 0, "microsteps", ALL,
+        "Range around position 0 in which the left switch does not stop the motor.", section="",
+    ),
+    AxisParameter(
+        197, "last_reference_position", "last reference position", "R", POSITION_MIN, POSITION_MAX, 0, "microsteps",
+        ALL, "Where the reference point was found, counted before it became 0.", section="",
+    ),
+    AxisParameter(
+        200, "boost_current", "boost current", "RWE", 0, 255, 0, "1/255 of the module's maximum", WITH_DRIVERS,
+        "Coil current while the speed changes; 0 takes parameter 6.", section="",
+    ),
+    AxisParameter(
+        207, "extended_error_flags", "extended error flags", "R", 0, 3, 0, "bit mask", ALL,
+        "Why the motor was stopped: bit 0 stall, bit 1 deviation; 0 again with the next motion command.", section="",
+    ),
+)  # fmt: skip
+"""Axis parameters of later firmware, which a module with the profile "later" has too (fidelity TMCL-18)."""
+
 BY_NUMBER: Final = MappingProxyType({row.number: row for row in AXIS_PARAMETERS})
 BY_KEY: Final = MappingProxyType({row.key: row for row in AXIS_PARAMETERS})

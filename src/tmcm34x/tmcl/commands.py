@@ -12,6 +12,7 @@ where       words: `direct` (binary telegram, manual 6), `program` (stand-alone)
 section     of the manual
 title       short name
 meaning     what it does, in our words
+key         name of a control function in code
 
 Source: manual 6.4 to 6.7 with the corrections in docs/fidelity.md (TMCL).
 """
@@ -65,6 +66,7 @@ class Command(NamedTuple):
     section: str
     title: str
     meaning: str
+    key: str = ""
 
     @property
     def spare(self) -> tuple[Field, ...]:
@@ -281,41 +283,75 @@ COMMANDS: Final[tuple[Command, ...]] = (
 _NUMBER = Operand("address", "value", "address", 0, PROGRAM_SIZE - 1)
 
 CONTROL_FUNCTIONS: Final[tuple[Command, ...]] = (
-    Command(128, "", (), _CONTROL, "6.7.36", "stop application", "Stops a running program."),
+    Command(
+        128, "", (), _CONTROL, "6.7.36", "stop application", "Stops a running program.",
+        "stop_application",
+    ),
     Command(
         129, "", (Operand("start", "type", "word", 0, 1, (("current", 0), ("address", 1))), _NUMBER), _CONTROL,
         "6.7.36", "run application", "Starts or continues the program, here or at an address.",
+        "run_application",
     ),
-    Command(130, "", (), _CONTROL, "6.7.36", "step application", "Executes one command of the program."),
-    Command(131, "", (), _CONTROL, "6.7.36", "reset application", "Stops the program and goes back to its start."),
+    Command(
+        130, "", (), _CONTROL, "6.7.36", "step application", "Executes one command of the program.",
+        "step_application",
+    ),
+    Command(
+        131, "", (), _CONTROL, "6.7.36", "reset application", "Stops the program and goes back to its start.",
+        "reset_application",
+    ),
     Command(
         132, "", (_NUMBER,), _CONTROL, "6.7.36", "start download mode",
         "Stores all following commands in the program memory instead of executing them.",
+        "start_download",
     ),
-    Command(133, "", (), _CONTROL, "6.7.36", "quit download mode", "Executes commands again."),
-    Command(134, "", (_NUMBER,), _CONTROL, "6.7.36", "read program memory", "Reads one stored command."),
+    Command(
+        133, "", (), _CONTROL, "6.7.36", "quit download mode", "Executes commands again.",
+        "quit_download",
+    ),
+    Command(
+        134, "", (_NUMBER,), _CONTROL, "6.7.36", "read program memory", "Reads one stored command.",
+        "read_program_memory",
+    ),
     Command(
         135, "", (), _CONTROL, "6.7.36", "get application status", "Tells 0 stop, 1 run, 2 step or 3 reset.",
+        "get_application_status",
     ),
     Command(
         136, "", (Operand("form", "type", "word", 0, 1, (("string", 0), ("binary", 1))),), _CONTROL, "6.7.36",
         "get firmware version", "Tells module type and version, as eight characters or as a number.",
+        "get_firmware_version",
     ),
     Command(
         137, "", (Operand("key", "value", "number", 1234, 1234),), _CONTROL, "6.7.36", "restore factory settings",
         "Puts all stored settings back to their defaults; never answered.",
+        "restore_factory_settings",
     ),
     Command(
         138, "", (Operand("motors", "value", "number", 0, 7),), _CONTROL, "6.7.34",
         "request target position reached event",
         "Answers at once, and again with status 128 when all motors of the mask are at their targets.",
+        "request_target_reached",
     ),
-    Command(139, "", (), _CONTROL, "6.6", "enter ASCII mode", "Changes the serial port to the ASCII interface."),
+    Command(
+        139, "", (), _CONTROL, "6.6", "enter ASCII mode", "Changes the serial port to the ASCII interface.",
+        "enter_ascii_mode",
+    ),
 )  # fmt: skip
 """Functions for hosts only: no mnemonic, not allowed in a program."""
 
 BOOT_KEY: Final = (0x81, 0x92, 0xA3B4C5D6 - 2**32)
 """Type, motor and value of command 242 that enter the boot loader (later modules' protocol)."""
+BOOT_FUNCTION: Final = Command(
+    242, "", (
+        Operand("first key", "type", "number", BOOT_KEY[0], BOOT_KEY[0]),
+        Operand("second key", "motor", "number", BOOT_KEY[1], BOOT_KEY[1]),
+        Operand("third key", "value", "number", BOOT_KEY[2], BOOT_KEY[2]),
+    ),
+    _CONTROL, "", "enter boot loader", "Leaves the firmware for the boot loader; never answered.",
+    "enter_boot_loader",
+)  # fmt: skip
+"""The control function that the manual does not have (fidelity FW-88)."""
 
 FOREIGN_COMMANDS: Final = MappingProxyType({
     "SAPX": 16, "GAPX": 17, "AAPX": 18, "EI": 25, "DI": 26, "VECT": 37, "RETI": 38, "CALCVV": 40, "CALCVA": 41,
@@ -328,5 +364,6 @@ FOREIGN_COMMANDS: Final = MappingProxyType({
 ASCII_COMMANDS: Final = ("BIN", "RUN", "STOP")
 """Commands of the ASCII interface alone (manual 6.6.3)."""
 
+CONTROL_BY_KEY: Final = MappingProxyType({row.key: row for row in (*CONTROL_FUNCTIONS, BOOT_FUNCTION)})
 BY_NUMBER: Final = MappingProxyType({row.number: row for row in (*COMMANDS, *CONTROL_FUNCTIONS)})
 BY_MNEMONIC: Final = MappingProxyType({row.mnemonic: row for row in COMMANDS})

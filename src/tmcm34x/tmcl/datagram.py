@@ -18,7 +18,10 @@ RECORD_SIZE: Final = 8
 CAN_SIZES: Final = (7, 8)
 
 _REQUEST = struct.Struct(">BBBBi")
-_REPLY = struct.Struct(">BBBBi")
+REPLY_BODY: Final = struct.Struct(">BBBBi")
+"""Host address, module address, status, command, value: a reply without its checksum."""
+TELEGRAM: Final = struct.Struct(">BBBBiB")
+"""Address, command, type, motor, value, checksum: a whole request."""
 _CAN_REQUEST = struct.Struct(">BBBi")
 
 
@@ -73,14 +76,14 @@ def unpack_request(telegram: bytes | bytearray | memoryview) -> tuple[int, Instr
 
 def pack_reply(reply: Reply) -> bytes:
     """The nine bytes of `reply`."""
-    body = _REPLY.pack(*reply)
+    body = REPLY_BODY.pack(*reply)
     return body + bytes((sum(body) & 0xFF,))
 
 
 def unpack_reply(telegram: bytes | bytearray | memoryview) -> Reply:
     """The reply in nine bytes; raises like `unpack_request`."""
     _check(telegram)
-    return Reply(*_REPLY.unpack_from(telegram))
+    return Reply(*REPLY_BODY.unpack_from(telegram))
 
 
 def pack_can_request(instruction: Instruction, size: int = 7) -> bytes:
@@ -96,13 +99,13 @@ def unpack_can_request(data: bytes | bytearray | memoryview) -> Instruction:
 
 def pack_can_reply(reply: Reply, size: int = 7) -> bytes:
     """The data bytes of a CAN frame with `reply`: address, status, command, value; an eighth byte is 0."""
-    return _REPLY.pack(*reply)[1:] + bytes(size - 7)
+    return REPLY_BODY.pack(*reply)[1:] + bytes(size - 7)
 
 
 def unpack_can_reply(data: bytes | bytearray | memoryview, host: int = 0) -> Reply:
     """The reply in seven or eight CAN data bytes; `host` fills the field that CAN leaves out."""
     _check_can(data)
-    return Reply(*_REPLY.unpack_from(bytes((host,)) + bytes(data)))
+    return Reply(*REPLY_BODY.unpack_from(bytes((host,)) + bytes(data)))
 
 
 def pack_record(instruction: Instruction) -> bytes:

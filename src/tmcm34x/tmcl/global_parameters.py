@@ -1,8 +1,9 @@
 """The global parameters of chapter 8: one row each, in three banks.
 
-Columns as in `axis_parameters`, and `bank`.  In bank 0 the parameters 64..127 live in the EEPROM: SGP stores
-them at once, and while the EEPROM is locked it answers status 5.  Bank 1 is not there on a TMCM-34x.  Bank 2
-holds the user variables; STGP stores one, and all come back at power-on unless parameter 85 forbids it.
+Columns as in `axis_parameters`, and `bank`.  In bank 0 the parameters 64..127 live in the EEPROM: SGP stores them at
+once, and while the EEPROM is locked it answers status 5, unless a row is `writable_when_locked`.  Bank 1 is not there
+on a TMCM-34x.  Bank 2 holds the user variables; STGP stores one, and all come back at power-on unless parameter 85
+forbids it.
 
 Source: manual 6.7.9 to 6.7.12 and chapter 8; defaults and departures: docs/fidelity.md (TMCL).
 """
@@ -46,6 +47,7 @@ class GlobalParameter(NamedTuple):
     choices: Choices = ()
     effect: str = ""
     section: str = "8.1"
+    writable_when_locked: bool = False
 
     @property
     def kind(self) -> Kind:
@@ -146,6 +148,7 @@ GLOBAL_PARAMETERS: Final[tuple[GlobalParameter, ...]] = (
     GlobalParameter(
         0, 73, "eeprom_lock", "configuration EEPROM lock flag", "RWE", 0, 4321, 0, "",
         "Write 1234 to lock the configuration EEPROM, 4321 to unlock it; reads 1 while locked.",
+        writable_when_locked=True,
     ),
     GlobalParameter(
         0, 74, "encoder_interface", "encoder interface", "RWE", 0, 3, 0, "",
@@ -214,6 +217,22 @@ GLOBAL_PARAMETERS: Final[tuple[GlobalParameter, ...]] = (
     ),
 )  # fmt: skip
 """All global parameters, by bank and number."""
+
+LATER_GLOBAL_PARAMETERS: Final[tuple[GlobalParameter, ...]] = (
+    GlobalParameter(
+        0, 82, "can_heartbeat", "CAN heartbeat", "RWE", 0, 65535, 0, "ms",
+        "The motors are stopped when no command comes on CAN for this time; 0 switches the watch off.", section="",
+    ),
+    GlobalParameter(
+        0, 87, "serial_secondary_address", "serial secondary address", "RWE", 0, 255, 0, "",
+        "Second address of the module on RS232 and RS485; 0 is none.", section="",
+    ),
+    GlobalParameter(
+        0, 131, "last_error", "TMCL last error", "R", 0, 255, 0, "",
+        "Status of the command of the program that was refused last; 0 is none.", section="",
+    ),
+)  # fmt: skip
+"""Global parameters of later firmware, which a module with the profile "later" has too (fidelity TMCL-18)."""
 
 BY_NUMBER: Final = MappingProxyType({(row.bank, row.number): row for row in GLOBAL_PARAMETERS})
 BY_KEY: Final = MappingProxyType({row.key: row for row in GLOBAL_PARAMETERS})

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
 from tmcm34x.bench.session.player import CAN, SERIAL, Wire
+from tmcm34x.firmware.ports.can import CanPort
+from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.tmcl.datagram import Instruction
 
 if TYPE_CHECKING:
@@ -55,7 +57,7 @@ class MemorySerial(MemoryWire):
     def __init__(self, rig: Rig) -> None:
         super().__init__(rig)
         self.received = bytearray()
-        ports = [module.open_serial_port(self.received.extend) for module in rig.modules]
+        ports = [SerialPort(module, self.received.extend) for module in rig.modules]
         self._receivers = [port.receive for port in ports]
 
     def send(self, data: bytes) -> None:
@@ -76,7 +78,7 @@ class MemoryCan(MemoryWire):
     def __init__(self, rig: Rig) -> None:
         super().__init__(rig)
         self.received: list[tuple[int, bytes]] = []
-        ports = [module.open_can_port(self._take) for module in rig.modules]
+        ports = [CanPort(module, self._take) for module in rig.modules]
         self._receivers = [port.receive for port in ports]
 
     def send(self, data: bytes) -> None:

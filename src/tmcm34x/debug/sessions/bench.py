@@ -16,7 +16,7 @@ from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Listener, Text
 from tmcm34x.debug.sessions.local import LocalSession, error_text
 from tmcm34x.debug.watches import Watch
-from tmcm34x.firmware.motion import RAMP_MODE, V_ACTUAL, V_TARGET, VELOCITY, Axis
+from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, VELOCITY, Axis
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
@@ -50,7 +50,7 @@ class Pacing(Protocol):
 
 def at_rest(module: Module) -> bool:
     """Whether each motor goes on as it does now: it stands, turns evenly, or is held by a switch."""
-    if any(search.state for search in module.searches):
+    if any(axis.search for axis in module.axes):
         return False
     return module.board.next_event() >= NEVER or all(map(_even, module.axes))
 

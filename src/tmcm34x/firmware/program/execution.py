@@ -20,6 +20,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from tmcm34x.clock import NEVER
+from tmcm34x.firmware.dispatch import execute_in_program
 from tmcm34x.firmware.program import wait
 from tmcm34x.firmware.program.ahead import Ahead
 from tmcm34x.firmware.program.foreign import PROGRAM_ONLY, STOP, WAIT, misuse, reads
@@ -34,7 +35,7 @@ from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.state import Core
 
 Ask = Callable[[int], bool]
 """Asked with the address of a command about to be executed; true stops the program there."""
@@ -43,7 +44,7 @@ Ask = Callable[[int], bool]
 class Execution:
     """The program of a module: its state, and how time changes it."""
 
-    def __init__(self, module: Module) -> None:
+    def __init__(self, module: Core) -> None:
         self._module = module
         self.registers = Registers([0] * USER_VARIABLES)
         self.memory = Memory(module.eeprom)
@@ -154,8 +155,7 @@ class Execution:
     @property
     def _watched(self) -> bool:
         """Whether somebody looks at each single command."""
-        observer = self._module.observer
-        if observer is not None and observer.instruction is not None:
+        if any(observer.instruction is not None for observer in self._module.observers):
             return True
         return bool(self._hooks) and None in self._hooks.values()
 
@@ -213,9 +213,9 @@ class Execution:
         if self._hooks and self.executed != self._started_at and self._asked(address):
             self._halt()
             return True
-        observer = self._module.observer
-        if observer is not None and observer.instruction is not None:
-            observer.instruction(address, self.memory[address], now)
+        for observer in self._module.observers:
+            if observer.instruction is not None:
+                observer.instruction(address, self.memory[address], now)
         return False
 
     def _asked(self, address: int) -> bool:
@@ -271,7 +271,7 @@ class Execution:
     def _execute_command(self, instruction: Instruction, address: int, now: int) -> int | None:
         """Let the module execute a command; gives back the value read, if it reads one."""
         self._go_on(address, now)
-        status, value = self._module.execute_in_program(instruction)
+        status, value = execute_in_program(self._module, instruction)
         if status != Status.OK:
             self._tell_refusal(address, Status(status))
             return None

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from tmcm34x.board.board import INPUTS
 from tmcm34x.clock import NEVER
+from tmcm34x.firmware.axis import A_ACTUAL, V_ACTUAL, V_TARGET
 from tmcm34x.firmware.io import ANALOG_INPUTS, DIGITAL_INPUTS
-from tmcm34x.firmware.motion import A_ACTUAL, V_ACTUAL, V_TARGET
 from tmcm34x.firmware.program.registers import Contents
 from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS, BY_KEY
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS, RFS_TYPES
@@ -22,7 +22,7 @@ from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS
 
 if TYPE_CHECKING:
     from tmcm34x.clock import Value
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.state import Core
     from tmcm34x.tmcl.datagram import Instruction
 
 RAMP_TICK: Final = 32
@@ -106,7 +106,7 @@ class Polling:
 
     __slots__ = ("_anchor", "_disturbed", "_found", "_module", "_outputs", "_until", "cycle")
 
-    def __init__(self, module: Module) -> None:
+    def __init__(self, module: Core) -> None:
         self._module = module
         self.cycle: Cycle | None = None
         """The program goes round in it, from its start until its end, unless something happens."""

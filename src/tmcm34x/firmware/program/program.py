@@ -38,6 +38,11 @@ class Program(Execution):
         return self.memory.downloading
 
     @property
+    def last_status(self) -> int:
+        """Status of the command that was refused last, 0 for none."""
+        return 0 if self.last_error is None else self.last_error.status
+
+    @property
     def counter(self) -> int:
         """Address of the command being executed (global parameter 130)."""
         return self.registers.counter

@@ -13,7 +13,7 @@ from tmcm34x.tmcl.commands import MOTORS, WAIT_TYPES
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.state import Core
     from tmcm34x.tmcl.datagram import Instruction
 
 TICK: Final = 10 * MS
@@ -39,12 +39,12 @@ class Wait(NamedTuple):
         return self.kind != _TICKS
 
 
-_CONDITIONS: Final[dict[int, Callable[[Module, int], bool]]] = {
-    _TICKS: lambda module, motor: False,
-    _POS: lambda module, motor: module.axes[motor].reached,
-    _REFSW: lambda module, motor: module.axes[motor].left_switch,
-    _LIMSW: lambda module, motor: module.axes[motor].left_switch or module.axes[motor].right_switch,
-    _RFS: lambda module, motor: not module.searches[motor].state,
+_CONDITIONS: Final[dict[int, Callable[[Core, int], bool]]] = {
+    _TICKS: lambda core, motor: False,
+    _POS: lambda core, motor: core.axes[motor].reached,
+    _REFSW: lambda core, motor: core.axes[motor].left_switch,
+    _LIMSW: lambda core, motor: core.axes[motor].left_switch or core.axes[motor].right_switch,
+    _RFS: lambda core, motor: not core.axes[motor].search,
 }
 
 
@@ -59,6 +59,6 @@ def begin(instruction: Instruction, now: int) -> Wait | Status:
     return Wait(kind, motor, NEVER if endless else now + ticks * TICK)
 
 
-def fulfilled(module: Module, wait: Wait) -> bool:
+def fulfilled(core: Core, wait: Wait) -> bool:
     """Whether what is waited for is there."""
-    return _CONDITIONS[wait.kind](module, wait.motor)
+    return _CONDITIONS[wait.kind](core, wait.motor)

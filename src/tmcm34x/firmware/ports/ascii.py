@@ -12,19 +12,24 @@ Source: manual 6.6; fidelity PROG-40 to PROG-46.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
+from tmcm34x.tmcl.numbers import CONTROL, GP
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.serial import SerialPort
+    from tmcm34x.clock import Value
+    from tmcm34x.firmware.ports.serial import SerialPort
 
 LONGEST_LINE: Final = 80
 """Characters that are kept of a line; a longer one is an invalid command."""
-_OWN: Final = {"RUN": (Instruction(131), Instruction(129)), "STOP": (Instruction(128),)}
+_OWN: Final = {
+    "RUN": (Instruction(CONTROL.RESET_APPLICATION), Instruction(CONTROL.RUN_APPLICATION)),
+    "STOP": (Instruction(CONTROL.STOP_APPLICATION),),
+}
 """Commands of this interface alone: the program runs from its start, or stops (manual 6.6.3)."""
 _ECHO_BITS: Final = 0x30
 _ECHO_CHARACTERS: Final = 0x00
@@ -37,6 +42,8 @@ _ERASED: Final = b"\x08 \x08"
 
 class AsciiLine:
     """The command line of one serial port."""
+
+    __slots__ = ("_line", "_module", "_output", "_port")
 
     def __init__(self, port: SerialPort) -> None:
         self._port = port
@@ -57,6 +64,14 @@ class AsciiLine:
                 break
         return self._taken()
 
+    def save(self) -> Value:
+        """The line so far."""
+        return bytes(self._line)
+
+    def load(self, value: Any) -> None:
+        """Go back to what `save` gave."""
+        self._line = bytearray(value)
+
     def _taken(self) -> bytes:
         output = bytes(self._output)
         self._output.clear()
@@ -64,7 +79,7 @@ class AsciiLine:
 
     @property
     def _echo(self) -> int:
-        return self._module.eeprom.global_values[67] & _ECHO_BITS
+        return self._module.eeprom.global_values[GP.ASCII_MODE] & _ECHO_BITS
 
     @property
     def _addressed(self) -> bool:

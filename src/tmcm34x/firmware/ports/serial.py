@@ -9,35 +9,46 @@ Source: manual 6.1, 6.2, 6.6, 6.7.36, 8.1 (65 to 68, 75, 76, 255); fidelity FW-8
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.clock import MS
-from tmcm34x.firmware.ascii import AsciiLine
-from tmcm34x.tmcl.datagram import SIZE, Instruction
+from tmcm34x.firmware import supervision
+from tmcm34x.firmware.dispatch import execute
+from tmcm34x.firmware.ports.ascii import AsciiLine
+from tmcm34x.firmware.power import settle
+from tmcm34x.tmcl.datagram import REPLY_BODY, SIZE, TELEGRAM, Instruction
 from tmcm34x.tmcl.global_parameters import BAUD_RATES
+from tmcm34x.tmcl.numbers import CONTROL, GP
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
+    from tmcm34x.clock import Value
     from tmcm34x.firmware.module import Module
 
 TIME_OUT: Final = 5 * MS
 """A partial telegram is dropped when the next bytes come later than this after the last ones."""
 
-_BODY: Final = struct.Struct(">BBBBi")
-_TELEGRAM: Final = struct.Struct(">BBBBiB")
-_CHECKSUMS: Final = tuple(bytes((n,)) for n in range(256))
-_FIRST_CONTROL: Final = 128
+_BYTES: Final = tuple(bytes((n,)) for n in range(256))
+_FIRST_CONTROL: Final = CONTROL.STOP_APPLICATION
 _WRONG_CHECKSUM: Final = int(Status.WRONG_CHECKSUM)
+_ASCII_MODE: Final = 1
+"""Bit of global parameter 67 that starts a port in ASCII mode."""
+
+
+def unconnected(data: bytes) -> None:
+    """Where a port sends that leads nowhere: that of a copy."""
+    del data
 
 
 class SerialPort:
-    """One serial port of a module; `Module.open_serial_port` makes them.
+    """A further serial port of `module`.
 
     send: takes the bytes the module sends
     any_address: telegrams for all addresses are meant, as on USB
     """
+
+    __slots__ = ("_buffer", "_last", "_line", "_reply_address", "any_address", "module", "send", "time_out")
 
     def __init__(self, module: Module, send: Callable[[bytes], None], *, any_address: bool = False) -> None:
         self.module = module
@@ -49,6 +60,12 @@ class SerialPort:
         self._last = 0
         self._line: AsciiLine | None = None
         self._reply_address = 0, 0
+        module.attach(self)
+
+    @property
+    def takes_text(self) -> bool:
+        """Whether there is an ASCII interface."""
+        return True
 
     @property
     def baud_rate(self) -> int:
@@ -62,20 +79,24 @@ class SerialPort:
 
     @ascii_mode.setter
     def ascii_mode(self, on: bool) -> None:
+        self.enter_text(on)
+
+    def enter_text(self, on: bool) -> None:
+        """Speak ASCII lines from now on, or telegrams."""
         self._line = AsciiLine(self) if on else None
 
     def power_on(self) -> None:
         """Forget what was received; start in the mode of global parameter 67."""
         self._buffer.clear()
-        self.ascii_mode = bool(self.module.eeprom.global_values[67] & 1)
+        self.enter_text(bool(self.module.eeprom.global_values[GP.ASCII_MODE] & _ASCII_MODE))
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the line, at the module's present clock."""
         module = self.module
         if not module.powered:
             return
-        if module.observer is not None:
-            module.observer.telegram(self, "in", data, module.now)
+        if module.observers:
+            module.show(self, "in", data)
         if self._line is not None:
             self._receive_ascii(data)
         elif len(data) == SIZE and not self._buffer:
@@ -104,35 +125,40 @@ class SerialPort:
 
     def _telegram(self, telegram: bytes) -> None:
         module, program = self.module, self.module.program
-        fields: tuple[int, int, int, int, int, int] = _TELEGRAM.unpack(telegram)
+        fields: tuple[int, int, int, int, int, int] = TELEGRAM.unpack(telegram)
         address, number, type_, motor, value, checksum = fields
-        if address != module.address and not self.any_address:
+        if address != module.address and not self._addressed(address):
             return
         self._reply_address = module.host_address, module.address
         if (sum(telegram) - checksum) & 0xFF != checksum:
             self._answer(_WRONG_CHECKSUM, 0, 0)
             return
         if module.heartbeat:
-            module.supervision.heard()
+            supervision.heard(module)
         if number < _FIRST_CONTROL and not program.state and not program.downloading:
-            status, value = module.handlers[number](type_, motor, value)
+            status, value = execute(module, number, type_, motor, value)
             self._answer(status, number, value)
         else:
             module.command(self, Instruction(number, type_, motor, value), SIZE)
         if module.touched:
-            module.settle()
+            settle(module)
+
+    def _addressed(self, address: int) -> bool:
+        """Whether a telegram for another address than the module's is for it all the same."""
+        second = self.module.second_address
+        return self.any_address or (second != 0 and address == second)
 
     def execute(self, instruction: Instruction) -> tuple[int, int]:
         """Execute a command that came as a line of text; status and value of the reply."""
         if self.module.heartbeat:
-            self.module.supervision.heard()
+            supervision.heard(self.module)
         return self.module.execute(instruction)
 
     # What the module sends
 
     def _answer(self, status: int, number: int, value: int) -> None:
-        body = _BODY.pack(*self._reply_address, status, number, value)
-        self.transmit(body + _CHECKSUMS[sum(body) & 0xFF])
+        body = REPLY_BODY.pack(*self._reply_address, status, number, value)
+        self.transmit(body + _BYTES[sum(body) & 0xFF])
 
     def answer(self, status: int, number: int, value: int, _size: int) -> None:
         """Send a reply in the normal form."""
@@ -140,17 +166,17 @@ class SerialPort:
 
     def answer_text(self, text: bytes, _size: int) -> None:
         """Send the eight characters of the version: host address first, no checksum (manual 6.7.36)."""
-        self.transmit(_CHECKSUMS[self._reply_address[0]] + text)
+        self.transmit(_BYTES[self._reply_address[0]] + text)
 
     def answer_record(self, record: bytes, _size: int) -> None:
         """Send a stored command: host address, seven bytes, checksum (fidelity FW-82)."""
-        body = _CHECKSUMS[self._reply_address[0]] + record
-        self.transmit(body + _CHECKSUMS[sum(body) & 0xFF])
+        body = _BYTES[self._reply_address[0]] + record
+        self.transmit(body + _BYTES[sum(body) & 0xFF])
 
-    def target_reached(self, mask: int, size: int) -> None:
+    def target_reached(self, mask: int, _size: int) -> None:
         """Send the second reply of command 138."""
         self._reply_address = self.module.host_address, self.module.address
-        self._answer(int(Status.POSITION_REACHED), 138, mask)
+        self._answer(int(Status.POSITION_REACHED), CONTROL.REQUEST_TARGET_REACHED, mask)
 
     def transmit(self, data: bytes) -> None:
         """Send bytes after the telegram pause (global parameter 75), unless replies are disabled (255)."""
@@ -165,6 +191,29 @@ class SerialPort:
     def deliver(self, data: bytes) -> None:
         """Send bytes now."""
         module = self.module
-        if module.observer is not None:
-            module.observer.telegram(self, "out", data, module.now)
+        if module.observers:
+            module.show(self, "out", data)
         self.send(data)
+
+    # State as a plain value
+
+    def save(self) -> Value:
+        """What was received of a telegram or line, and the mode."""
+        line = None if self._line is None else self._line.save()
+        return bytes(self._buffer), self._last, self._reply_address, self.time_out, line
+
+    def load(self, value: Any) -> None:
+        """Go back to what `save` gave."""
+        buffer, self._last, self._reply_address, self.time_out, line = value
+        self._buffer = bytearray(buffer)
+        self.enter_text(line is not None)
+        if self._line is not None:
+            self._line.load(line)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in self.__slots__ if name != "send"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.send = unconnected
+        for name, value in state.items():
+            setattr(self, name, value)
