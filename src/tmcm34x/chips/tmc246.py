@@ -13,7 +13,6 @@ Source: TMC246 data sheet V2.02, chapters 3 to 5; the word is the same in the TM
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import copy
 from enum import IntFlag
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
@@ -255,4 +254,7 @@ class Tmc246:
 
     def preview(self, word: int) -> int:
         """The status word that `transfer` would return now; nothing is latched."""
-        return copy(self).transfer(word)
+        saved = self.save()
+        status = self.transfer(word)
+        self.load(saved)
+        return status

@@ -11,7 +11,6 @@ Source: TMC423 data sheet V1.3, chapters 5 to 7.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from typing import Any, Final, Protocol
 
 from tmcm34x.clock import Value
@@ -178,9 +177,11 @@ class Counter:
 
     def preview(self) -> int:
         """What `position` would be after sampling now; nothing is counted."""
-        twin = copy(self)
-        twin.sample()
-        return twin.position
+        saved = self.save()
+        self.sample()
+        position = self.position
+        self.load(saved)
+        return position
 
     def preload(self, value: int) -> None:
         """Set the counter, dropping its fraction."""

@@ -21,19 +21,17 @@ class Braking(Part):
     The way there is a sequence of places between two ramp ticks, some of which are kept as checkpoints.
     """
 
-    __slots__ = ("_checkpoints", "_end", "_found", "_lowest", "_ticks")
+    __slots__ = ("_checkpoints", "_end", "_found", "_ticks")
 
     EVERY: Final = 32
     """Small steps from one checkpoint to the next."""
 
     def __init__(self, law: Law, start: RampState, direction: int) -> None:
-        super().__init__(law, start, direction)
+        super().__init__(law, start, direction, abs(start.v))
         self.mark = start.n + 1
         way = (direction * law.distance(start.x) << 11) - start.acc
         self._checkpoints: list[Place] = [(start.n, self.speed, way)]
         self._ticks = [start.n]
-        self._lowest = law.nearest(law.v_min + 1) - 1 << 11
-        """While more of the way than this is left, V_MIN does not matter."""
         self._end = 0
         self._found: Coast | Change | None = None
 
@@ -109,29 +107,32 @@ class Braking(Part):
 
     def _walk(self, place: Place, until: int, left: int) -> Place:
         """Some small steps on the way, none of them past tick `until` or to where no more than `left` of it is left."""
-        law, lowest = self.law, self._lowest
-        if law.dense and lowest < place[2] <= FARTHEST << 11:
+        law = self.law
+        n, speed, way = place
+        if law.dense and 0 < way <= FARTHEST << 11 and speed > law.v_min << 8:
             interval = law.ramp_mask + 1
-            after = self._walk_intervals(
-                place, min(self.EVERY, (until - place[0]) // interval), max(left, lowest)
-            )
+            after = self._walk_intervals(place, min(self.EVERY, (until - n) // interval), max(left, 0))
             if after[2] <= left:
-                after = self._walk_intervals(place, (after[0] - place[0]) // interval - 1, lowest)
-            if after != place:
+                after = self._walk_intervals(place, (after[0] - n) // interval - 1, 0)
+            if after[0] != n:
                 return after
         return self._walk_velocities(place, until, left)
 
     def _walk_intervals(self, place: Place, count: int, lowest: int) -> Place:
-        """So many ramp intervals, while more than `lowest` of the way is left and V_MIN does not matter."""
+        """So many ramp intervals, while more than `lowest` of the way is left, until V_MIN is reached."""
         law = self.law
         n, speed, way = place
-        a_max, rise, factor, shift = law.a_max, law.rise, law.factor, law.shift
+        a_max, rise, factor, shift, v_min = law.a_max, law.rise, law.factor, law.shift, law.v_min
         interval = law.ramp_mask + 1
         for begin in range(n, n + count * interval, interval):
             if way <= lowest:
                 return begin, speed, way
             v = isqrt(factor * (way - 1 >> 11) >> shift)
             slowest = speed - a_max
+            if v <= v_min:
+                if slowest <= v_min << 8:
+                    return begin, speed, way
+                v = v_min
             speed = v << 8
             if slowest > speed:
                 speed = slowest

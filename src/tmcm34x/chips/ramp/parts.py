@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import sqrt
 
 from tmcm34x.chips.ramp.law import Law
 from tmcm34x.chips.ramp.state import LAST, RampState, signed24
@@ -29,11 +30,11 @@ class Part:
 
     __slots__ = ("_answer", "_asked", "direction", "law", "mark", "speed", "start", "stopping")
 
-    def __init__(self, law: Law, start: RampState, direction: int) -> None:
+    def __init__(self, law: Law, start: RampState, direction: int, speed: int) -> None:
         self.law = law
         self.start = start
         self.direction = direction
-        self.speed = abs(start.v)
+        self.speed = speed
         self.stopping = False
         """Whether it is a stop switch that slows the axis."""
         self.mark = 0
@@ -77,8 +78,7 @@ class Coast(Part):
     __slots__ = ("a", "end")
 
     def __init__(self, law: Law, start: RampState, direction: int, speed: int, end: int) -> None:
-        super().__init__(law, start, direction)
-        self.speed = speed
+        super().__init__(law, start, direction, speed)
         self.end = end
         self.a = 0
 
@@ -129,7 +129,7 @@ class Change(Part):
     __slots__ = ("end", "step")
 
     def __init__(self, law: Law, start: RampState, direction: int, step: int, ramps: int) -> None:
-        super().__init__(law, start, direction)
+        super().__init__(law, start, direction, abs(start.v))
         self.step = step
         self.end = start.n + (ramps << law.ramp_div)
 
@@ -172,18 +172,39 @@ class Change(Part):
         """The tick of a step within the part, the first being 1."""
         law, start = self.law, self.start
         wanted = (steps << 11) - start.acc
-        low, high = 0, self.end - start.n >> law.ramp_div  # wanted is reached in interval low + 1 .. high
-        while high - low > 1:
-            middle = low + high >> 1
-            if self.pulsed(middle) >= wanted:
-                high = middle
-            else:
-                low = middle
-        boundary = start.n + 1 + (low << law.ramp_div)
+        before = self._before(wanted)
+        boundary = start.n + 1 + (before << law.ramp_div)
         if law.rise < 0:
             return boundary
-        pulses = -((self.pulsed(low) - wanted) // (self.speed + self.step * high >> 8))
+        pulses = -((self.pulsed(before) - wanted) // (self.speed + self.step * (before + 1) >> 8))
         return boundary + (pulses - 1 << law.pulse_div)
+
+    def _before(self, wanted: int) -> int:
+        """The most whole ramp intervals whose pulse ticks add up to less than `wanted`, which the part reaches."""
+        low, high = 0, self.end - self.start.n >> self.law.ramp_div
+        near, far = self._guess(wanted, high), 1
+        if self.pulsed(near) < wanted:
+            low = near
+            while low + far < high and self.pulsed(low + far) < wanted:
+                low, far = low + far, far << 1
+            high = min(high, low + far)
+        else:
+            high = near
+            while high - far > 0 and self.pulsed(high - far) >= wanted:
+                high, far = high - far, far << 1
+            low = max(0, high - far)
+        while high - low > 1:
+            middle = low + high >> 1
+            low, high = (middle, high) if self.pulsed(middle) < wanted else (low, middle)
+        return low
+
+    def _guess(self, wanted: int, most: int) -> int:
+        """About what `_before` returns, 1..most: without the floors the sum is a polynomial of the second degree."""
+        linear = self.speed + self.step / 2 - 128
+        square = linear * linear + self.step * wanted * 2.0 ** (9 - self.law.rise)
+        if square < 0:
+            return most
+        return max(1, min(most, int((sqrt(square) - linear) / self.step)))
 
     def at(self, n: int) -> RampState:
         """The state after a tick of the part."""

@@ -6,10 +6,22 @@ Source: TMC429 datasheet 6, 7 and 8.
 from __future__ import annotations
 
 from tmcm34x.chips import registers
-from tmcm34x.chips.ramp import SOFT, RampAxis, RampState, v_actual
+from tmcm34x.chips.ramp import LAST, SOFT, RampAxis, RampState, v_actual
 from tmcm34x.chips.registers import BY_INDEX, COMMON, DATA, MOTOR, Register, sign_extended
 from tmcm34x.chips.tmc429 import chain, interrupts, switches
-from tmcm34x.chips.tmc429.core import FIELD, INDEX, INTERRUPTS, POS_COMP_INT, REF_CONF_RAMP_MODE, Core
+from tmcm34x.chips.tmc429.core import (
+    A_ACTUAL,
+    FIELD,
+    INDEX,
+    INTERRUPTS,
+    POS_COMP_INT,
+    REF_CONF_RAMP_MODE,
+    USTEP_COUNT,
+    V_ACTUAL,
+    V_TARGET,
+    X_ACTUAL,
+    Core,
+)
 from tmcm34x.clock import NEVER
 
 
@@ -20,23 +32,18 @@ def transfer(core: Core, datagram: int) -> int:
 
     Source: datasheet 6.2.
     """
-    _wake(core)
+    if core.asleep != NEVER:
+        _wake(core)
     reply = _status(core) << 24
-    address = datagram >> 25 & 63
-    data = datagram & DATA
+    area, index, data = datagram >> 29 & 3, datagram >> 25 & 15, datagram & DATA
+    reading = datagram & registers.READ
     if datagram & registers.RAM:
-        if datagram & registers.READ:
-            return reply | core.ram[2 * address + 1] << 8 | core.ram[2 * address]
-        core.ram[2 * address : 2 * address + 2] = bytes((data & 63, data >> 8 & 63))
-        chain.resolve(core)
-        return reply
-    area, index = divmod(address, 16)
+        return reply | _ram(core, datagram >> 25 & 63, data, reading=bool(reading))
+    if reading:
+        return reply | (_read_common(core, index) if area == COMMON else _read_motor(core, area, index))
     row = BY_INDEX.get((COMMON if area == COMMON else MOTOR, index))
     if row is None or core.part not in row.parts:
         return reply
-    if datagram & registers.READ:
-        data = _read_common(core, index) if area == COMMON else _read_motor(core, area, index)
-        return reply | data
     if area == COMMON:
         _write_common(core, row, data)
     else:
@@ -44,18 +51,26 @@ def transfer(core: Core, datagram: int) -> int:
     return reply
 
 
+def _ram(core: Core, address: int, data: int, *, reading: bool) -> int:
+    """Read or write two cells; returns what is read."""
+    if reading:
+        return core.ram[2 * address + 1] << 8 | core.ram[2 * address]
+    core.ram[2 * address : 2 * address + 2] = bytes((data & 63, data >> 8 & 63))
+    chain.resolve(core)
+    return 0
+
+
 def read_status(core: Core) -> int:
     """A transfer of one byte only: the status byte."""
-    _wake(core)
+    if core.asleep != NEVER:
+        _wake(core)
     return _status(core)
 
 
 def _status(core: Core) -> int:
-    status = _targets(core) | core.switches & 0b101010
-    for words in core.words:
-        if words[INTERRUPTS] & 255:
-            status |= registers.INT
-    if core.common[POS_COMP_INT] & 1:
+    status = (core.equal if core.equal >= 0 else _targets(core)) | core.switches & 0b101010
+    first, second, third = core.words
+    if (first[INTERRUPTS] | second[INTERRUPTS] | third[INTERRUPTS]) & 255 or core.common[POS_COMP_INT] & 1:
         status |= registers.INT
     return status | registers.CDGW if core.cover or core.armed or core.sent else status
 
@@ -63,31 +78,26 @@ def _status(core: Core) -> int:
 def _targets(core: Core) -> int:
     """The status bits of the axes whose X_ACTUAL equals X_TARGET.
 
-    To reach the target is an event, to leave it is none: the bits hold until the next one if no axis is there,
-    or if nothing at all is going on.
+    To reach the target is an event, to leave it is none: the bits hold until the next event if the axes that are
+    there have none of their own.
     """
-    if core.due >= 0 and core.equal >= 0:
-        return core.equal
-    tick = core.tick()
-    bits = 0
+    tick, bits, holds = core.tick(), 0, core.due >= 0
     for motor, axis in enumerate(core.axes):
         if axis.position(tick) == axis.x_target:
             bits |= registers.at_target(motor)
-    if core.due == NEVER or (core.due >= 0 and not bits):
-        core.equal = bits
+            holds = holds and core.marks[motor] == LAST
+    core.equal, core.holds = bits, holds
     return bits
 
 
 def _wake(core: Core) -> None:
     """The falling edge of nSCS_C ends the power-down mode."""
-    if core.asleep == NEVER:
-        return
     slept = core.now - core.asleep
     core.asleep = NEVER
     core.origin += slept
     if core.flight != NEVER:
         core.flight += slept
-    core.due = -1
+    core.due = core.equal = -1
     switches.set_reference_inputs(core, core.levels)
 
 
@@ -95,22 +105,18 @@ def _wake(core: Core) -> None:
 
 
 def _read_motor(core: Core, motor: int, index: int) -> int:
-    axis, word = core.axes[motor], core.words[motor][index]
-    name = BY_INDEX[MOTOR, index].name
-    if name == "X_ACTUAL":
+    axis = core.axes[motor]
+    if index == X_ACTUAL:
         return axis.position(core.tick()) & DATA
-    state = axis.at(core.tick())
-    match name:
-        case "V_TARGET":
-            return axis.v_target_read(state) & 0xFFF
-        case "V_ACTUAL":
-            return v_actual(state) & 0xFFF
-        case "A_ACTUAL":
-            return state.a & 0xFFF
-        case "USTEP_COUNT":
-            return state.wave & 255
-        case _:
-            return word
+    if index == V_ACTUAL:
+        return v_actual(axis.at(core.tick())) & 0xFFF
+    if index == V_TARGET:
+        return axis.v_target_read(axis.at(core.tick())) & 0xFFF
+    if index == A_ACTUAL:
+        return axis.at(core.tick()).a & 0xFFF
+    if index == USTEP_COUNT:
+        return axis.at(core.tick()).wave & 255 if core.part == "TMC429" else 0
+    return core.words[motor][index]
 
 
 def _write_motor(core: Core, motor: int, row: Register, data: int) -> None:
@@ -169,16 +175,14 @@ def _take(core: Core, motor: int, name: str, data: int, state: RampState) -> Ram
 
 
 def _read_common(core: Core, index: int) -> int:
+    if index == INDEX["SWITCHES"]:
+        return core.switches
     word = core.common[index]
-    match BY_INDEX[COMMON, index].name:
-        case "SWITCHES":
-            return core.switches
-        case "COVER_POSITION_LEN":
-            field = FIELD["COVER_POSITION"]
-            waiting = core.cover or core.sent & chain.COVER != 0
-            return FIELD["CW"].put(field.put(word, field.get(word) + 1), waiting)
-        case _:
-            return word
+    if index != INDEX["COVER_POSITION_LEN"]:
+        return word
+    field = FIELD["COVER_POSITION"]
+    waiting = core.cover or core.sent & chain.COVER != 0
+    return FIELD["CW"].put(field.put(word, field.get(word) + 1), waiting)
 
 
 def _write_common(core: Core, row: Register, data: int) -> None:

@@ -78,6 +78,8 @@ class Tmc429(Core):
         """Bring the chip to clock `now`."""
         if self.now <= now < self.due:
             self.now = now
+            if not self.holds:
+                self.equal = -1
             return
         if now < self.now:
             raise ValueError(f"the chip is at clock {self.now} and cannot go back to {now}")
@@ -87,6 +89,7 @@ class Tmc429(Core):
             self.now = due
             self._happen()
         self.now = now
+        self.equal = -1
 
     def watch(self, motor: int, low: int, high: int) -> None:
         """Make the step that takes X_ACTUAL out of low..high an event, until watched anew.
@@ -98,7 +101,6 @@ class Tmc429(Core):
 
     def _plan(self) -> int:
         """The clock of the next event."""
-        self.equal = -1
         if self.asleep != NEVER:
             return NEVER
         tick = self.tick()
@@ -144,7 +146,7 @@ class Tmc429(Core):
             chain.arrived(self)
         elif chain.wanted(self) and chain.requested(self, tick - 1) == tick:
             chain.send(self)
-        self.due = -1
+        self.due = self.equal = -1
 
     def _mark(self, motor: int, tick: int) -> None:
         """An axis has come to a tick at which something waits for it."""

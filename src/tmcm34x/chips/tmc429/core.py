@@ -19,6 +19,11 @@ FIELD: Final = {name: field for name, (_, field) in FIELDS.items()}
 INTERRUPTS: Final = INDEX["INTERRUPTS"]
 POS_COMP_INT: Final = INDEX["POS_COMP_INT"]
 REF_CONF_RAMP_MODE: Final = INDEX["REF_CONF_RAMP_MODE"]
+X_ACTUAL: Final = INDEX["X_ACTUAL"]
+V_TARGET: Final = INDEX["V_TARGET"]
+V_ACTUAL: Final = INDEX["V_ACTUAL"]
+A_ACTUAL: Final = INDEX["A_ACTUAL"]
+USTEP_COUNT: Final = INDEX["USTEP_COUNT"]
 I_SCALES: Final = INDEX["I_SCALES_A_THRESHOLD"]
 
 CHAIN_END: Final = 0x20
@@ -47,7 +52,7 @@ class Core:
     flight: the clock at which the driver datagram that is being sent ends, or `NEVER`
     sent: what the driver datagram that is being sent was waited for, bits of `chain`
     watched: positions of each axis that its step out of them is an event, or None
-    duration, scaled, marks, due, equal: derived, see `derive`
+    duration, scaled, marks, due, equal, holds: derived, see `derive`
     """
 
     def __init__(self, part: Part, seed: int) -> None:
@@ -94,7 +99,9 @@ class Core:
         self.due = -1
         """The clock of the next event, or -1 while it is not known."""
         self.equal = -1
-        """Status bits of the axes at their targets as long as nothing happens, or -1 while they are not known."""
+        """Status bits of the axes at their targets at `now`, or -1 while they are not known."""
+        self.holds = False
+        """Whether these bits hold until the next event."""
         self.scaled = any(words[I_SCALES] for words in self.words)
         """Whether any current scale is set."""
         self.derive_duration()
@@ -166,16 +173,17 @@ class Core:
     def replan(self, motor: int) -> None:
         """Look for the next event of an axis anew."""
         self.marks[motor] = -1
-        self.due = -1
+        self.due = self.equal = -1
 
     def replan_all(self) -> None:
         """Look for the next events anew."""
         self.marks = [-1, -1, -1]
-        self.due = -1
+        self.due = self.equal = -1
 
     def cut(self, motor: int, state: RampState) -> None:
         """Begin another plan of an axis."""
         self.axes[motor].cut(state)
+        self.equal = -1
         self.plan_changed(motor)
 
     def plan_changed(self, motor: int) -> None:
