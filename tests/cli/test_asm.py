@@ -226,6 +226,54 @@ def test_an_include_file_is_linted_as_a_part_of_its_program(call):
     assert err.startswith("sub.inc:2:5: warning[W303]")
 
 
+def test_lint_explains_a_code(call):
+    status, out, err = call("lint", "--explain", "w502")
+    assert (status, err) == (0, "")
+    assert out.startswith("W502: a value that is read and lost\n")
+    assert "CALCX LOAD" in out
+    assert call("lint", "--explain", "E205")[1].startswith(
+        "E205: an operand that must be one of certain words"
+    )
+    status, _, err = call("lint", "--explain", "W999")
+    assert (status, len(err.splitlines())) == (2, 1)
+
+
+def test_rules_are_switched_on_and_off(call):
+    put("go.tmc", "ROR 5, 1\nL: GIO 0, 0\nJC ZE, L\nSTOP")
+    assert "W206" in call("lint", "go.tmc", "--on", "W206", "--off", "w303")[2]
+    assert call("lint", "go.tmc", "--off", "W303") == (0, "", "")
+    assert call("lint", "go.tmc", "--off", "W999")[0] == 2
+
+
+def test_folders_stand_for_their_sources(call):
+    for name in ("a", "a/b", "c"):
+        Path(name).mkdir()
+    put("a/one.tmc", "ror 9, 1\nstop")
+    put("a/b/two.tmc", "ror 8, 1\nstop")
+    put("a/readme.md", "no source")
+    err = call("lint", "a")[2]
+    assert [line.partition(":")[0] for line in err.splitlines() if "[W" in line] == [
+        "a/b/two.tmc",
+        "a/one.tmc",
+    ]
+    assert call("fmt", "a")[1] == "a/b/two.tmc: formatted\na/one.tmc: formatted\n"
+    assert call("lint", "c")[0] == call("fmt", "c")[0] == 2
+
+
+def test_a_dash_is_standard_input(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+
+    def pipe(text, *arguments):
+        return CliRunner().invoke(group, arguments, input=text)
+
+    assert pipe("ror 0,1\r\n", "fmt", "-").stdout_bytes == b"        ROR   0, 1\r\n"
+    assert pipe("ROR 9, 1\nSTOP", "lint", "-").stderr.startswith("standard input:1:5: warning[W303]")
+    assert pipe("ROR 0, 1\nSTOP", "asm", "-", "-o", "x.bin").exit_code == 0
+    assert Path("x.bin").stat().st_size == 16
+    assert "ROR   0, 1" in pipe(Path("x.bin").read_bytes(), "dis", "-").stdout
+    assert pipe("STOP", "asm", "-").exit_code == 2
+
+
 def test_rubbish_is_never_a_traceback(call):
     rubbish = [
         bytes(range(256)) * 40,

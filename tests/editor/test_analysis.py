@@ -110,9 +110,15 @@ def test_hover_tells_what_numbers_and_names_mean(marked, part):
     assert part in hover(marked)
 
 
-@pytest.mark.parametrize("marked", ["| ", "STOP // no|te", "foo| 1", "STOP\n|", "  |  STOP"])
+@pytest.mark.parametrize("marked", ["| ", "STOP // no|te", "STOP\n|", "  |  STOP"])
 def test_hover_says_nothing_where_there_is_nothing(marked):
     assert hover(marked) == ""
+
+
+def test_hover_over_a_diagnostic_explains_it():
+    text = hover("ROR 0, 99|99\nSTOP")
+    assert "**W307** operand out of range" in text
+    assert "status 4" in text
 
 
 def test_commands_are_completed_at_the_beginning():

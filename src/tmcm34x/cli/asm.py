@@ -12,6 +12,7 @@ from tmcm34x.cli.source_files import (
     assemble_file,
     include_option,
     is_hex,
+    is_standard_input,
     model_option,
     print_diagnostics,
     write,
@@ -24,7 +25,7 @@ _PATH = click.Path(dir_okay=False, path_type=Path)
 
 
 @click.command()
-@click.argument("file", type=_PATH)
+@click.argument("file", type=click.Path(dir_okay=False, allow_dash=True, path_type=Path))
 @click.option("-o", "--output", type=_PATH, metavar="OUT", help="Image to write: .bin, or Intel HEX as .hex.")
 @include_option
 @click.option(
@@ -49,8 +50,8 @@ def command(
 ) -> int:
     """Assemble FILE.
 
-    Without -o the image goes to FILE.bin. Mistakes go to standard error, all of them, and the exit status is 1;
-    warnings about parameters that the model does not have come along and change nothing.
+    FILE may be - for standard input. Without -o the image goes to FILE.bin. Mistakes go to standard error, all of them,
+    and the exit status is 1; warnings about parameters that the model does not have come along and change nothing.
     """
     assembly = assemble_file(file, include_path, append_stop=append_stop)
     warnings = tuple(item for item in lint(assembly, model=int(model)) if item.code == "W302")
@@ -58,6 +59,8 @@ def command(
     if not assembly.ok:
         return 1
     program = assembly.program
+    if output is None and is_standard_input(file):
+        raise CliError("-: name the image with -o")
     target = output or file.with_suffix(".bin")
     if target.resolve() == file.resolve():
         raise CliError(f"{target}: would overwrite the source; name the image with -o")

@@ -14,7 +14,7 @@ _PATH = click.Path(dir_okay=False, path_type=Path)
 
 
 @click.command()
-@click.argument("file", type=_PATH)
+@click.argument("file", type=click.Path(dir_okay=False, allow_dash=True, path_type=Path))
 @click.option(
     "-o", "--output", type=_PATH, metavar="OUT.tmc", help="Source to write; standard output without it."
 )

@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
 
-from tmcm34x.cli.source_files import read_source, write
+from tmcm34x.cli.source_files import is_standard_input, read_source, sources, write
 from tmcm34x.toolchain.encoding import encode
 from tmcm34x.toolchain.formatter import format_source, lexical_mistake
 
 
 @click.command()
-@click.argument(
-    "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(dir_okay=False, path_type=Path)
-)
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path))
 @click.option("--check", is_flag=True, help="Change nothing; exit with status 1 when a file would change.")
 def command(files: tuple[Path, ...], check: bool) -> int:
     """Lay TMCL sources out in columns: labels, mnemonics, operands, comments.
+
+    FILE may be a folder, for all sources in it, or - for standard input, which goes to standard output.
 
     A file keeps its encoding and line ends. One that holds words or characters which the language does not have is
     left as it is, with exit status 1: it may not be TMCL at all.
     """
     status = 0
-    for path in files:
+    for path in sources(files):
         text, encoding = read_source(path)
         line = lexical_mistake(text)
         formatted = text if line is not None else format_source(text)
@@ -33,6 +34,8 @@ def command(files: tuple[Path, ...], check: bool) -> int:
         elif formatted != text and check:
             click.echo(f"{path}: not in columns", err=True)
             status = 1
+        elif is_standard_input(path):
+            sys.stdout.buffer.write(encode(formatted, encoding))
         elif formatted != text:
             write(path, encode(formatted, encoding))
             click.echo(f"{path}: formatted")

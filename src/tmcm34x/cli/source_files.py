@@ -5,7 +5,8 @@ The tool chain itself opens no files; what it needs to read comes through `inclu
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -19,6 +20,8 @@ from tmcm34x.toolchain.encoding import Encoding, EncodingError, decode
 from tmcm34x.toolchain.image import ImageError, unpack_binary, unpack_hex
 from tmcm34x.toolchain.includes import fitting, programs_with
 
+PROGRAM_SUFFIXES: Final = frozenset({".tmc", ".tmcl"})
+"""Files that stand for themselves in a folder."""
 SOURCE_SUFFIXES: Final = frozenset({".tmc", ".tmcl", ".inc", ".txt"})
 _MOST_NEIGHBOURS: Final = 200
 """Files of a folder that are read to find the program to which an include file belongs."""
@@ -47,8 +50,29 @@ model_option = click.option(
 )
 
 
+def sources(paths: Iterable[Path]) -> Iterator[Path]:
+    """The files that arguments name: each folder's sources in the place of the folder."""
+    for path in paths:
+        if not path.is_dir():
+            yield path
+            continue
+        found = sorted(
+            each for each in path.rglob("*") if each.suffix.lower() in PROGRAM_SUFFIXES and each.is_file()
+        )
+        if not found:
+            raise CliError(f"{path}: no TMCL sources in this folder ({', '.join(sorted(PROGRAM_SUFFIXES))})")
+        yield from found
+
+
+def is_standard_input(path: Path) -> bool:
+    """Whether an argument means standard input."""
+    return str(path) == "-"
+
+
 def read_bytes(path: Path) -> bytes:
-    """The contents of a file; a `CliError` with one line where there are none."""
+    """The contents of a file, or of standard input for `-`; a `CliError` with one line where there are none."""
+    if is_standard_input(path):
+        return sys.stdin.buffer.read(_SOURCE_LIMIT)
     try:
         if path.stat().st_size > _SOURCE_LIMIT:
             raise CliError(f"{path}: larger than {_SOURCE_LIMIT >> 20} MB")
@@ -137,6 +161,8 @@ class DiskFiles:
 
 def program_of(path: Path) -> Path:
     """The program in the folder that includes `path`; `path` itself where none does."""
+    if is_standard_input(path):
+        return path
     files = DiskFiles()
     names = [name for name in files.names(str(path.parent)) if Path(name).suffix.lower() in SOURCE_SUFFIXES]
     if len(names) > _MOST_NEIGHBOURS:
@@ -157,6 +183,8 @@ def print_diagnostics(diagnostics: Iterable[Diagnostic], sources: Mapping[str, S
 
 def _short(path: Path) -> str:
     """The name by which a file is known, the same for each way to it."""
+    if is_standard_input(path):
+        return "standard input"
     resolved = path.resolve()
     here = Path.cwd()
     return str(resolved.relative_to(here) if resolved.is_relative_to(here) else resolved)

@@ -137,15 +137,15 @@ class Flow:
         """The calls that may find the stack full, and are ignored then: as good as coming back."""
         calls = self.calls
         edges = [(*steps, calls[n]) if n in calls else steps for n, steps in enumerate(self._jumps)]
-        components = _components([*edges, ()], range(self.end))
-        depth = self._depth([*edges, ()], components, of_recursion=STACK_DEPTH)
+        groups = components([*edges, ()], range(self.end))
+        depth = self._depth([*edges, ()], groups, of_recursion=STACK_DEPTH)
         return frozenset(address for address in calls if depth[address] >= STACK_DEPTH)
 
-    def _depth(self, edges: Edges, components: list[list[int]], of_recursion: int) -> dict[int, int]:
-        """The greatest number of open calls at each address of `components`, which are in order."""
-        place = {address: number for number, component in enumerate(components) for address in component}
-        levels = [0] * len(components)
-        for number, component in enumerate(components):
+    def _depth(self, edges: Edges, groups: list[list[int]], of_recursion: int) -> dict[int, int]:
+        """The greatest number of open calls at each address of `groups`, which are in order."""
+        place = {address: number for number, component in enumerate(groups) for address in component}
+        levels = [0] * len(groups)
+        for number, component in enumerate(groups):
             if any(place[self.calls[address]] == number for address in component if address in self.calls):
                 levels[number] = max(levels[number], of_recursion)
             for address in component:
@@ -169,7 +169,7 @@ class Flow:
     @cached_property
     def _components(self) -> list[list[int]]:
         """The strongly connected components that can be reached, each before those that it leads to."""
-        return _components(self.edges, self.entries)
+        return components(self.edges, self.entries)
 
 
 def _reach(edges: Edges, starts: Iterable[int]) -> set[int]:
@@ -183,7 +183,7 @@ def _reach(edges: Edges, starts: Iterable[int]) -> set[int]:
     return seen
 
 
-def _components(edges: Edges, starts: Iterable[int]) -> list[list[int]]:
+def components(edges: Edges, starts: Iterable[int]) -> list[list[int]]:
     """Tarjan's algorithm with a stack of its own: programs are longer than Python's is deep."""
     index: dict[int, int] = {}
     low: dict[int, int] = {}

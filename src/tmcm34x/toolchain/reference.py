@@ -18,6 +18,7 @@ from tmcm34x.tmcl.axis_parameters import ALL, AXIS_PARAMETERS, AxisParameter
 from tmcm34x.tmcl.commands import COMMANDS, FOREIGN_COMMANDS, Command
 from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS, GlobalParameter
 from tmcm34x.toolchain.diagnostics import ERRORS
+from tmcm34x.toolchain.explanations import page, title
 from tmcm34x.toolchain.expressions import FUNCTIONS
 from tmcm34x.toolchain.linter import RULES
 
@@ -150,14 +151,15 @@ def _foreign() -> str:
 
 
 def _errors() -> str:
-    return _table("Code|What it is about", ERRORS.items())
+    return _pages(ERRORS)
 
 
 def _rules() -> str:
-    parts: list[str] = []
-    for code, rule in RULES.items():
-        parts.append(f"### {code} {rule.title}\n\n{rule.reason} *{rule.severity.capitalize()}.*\n")
-    return "\n".join(parts)
+    return _pages(RULES)
+
+
+def _pages(codes: Iterable[str]) -> str:
+    return "\n".join(f"### {code} {title(code)}\n\n{page(code)}" for code in codes)
 
 
 TABLES: Final[Mapping[str, Callable[[], str]]] = MappingProxyType({

@@ -14,6 +14,7 @@ from tmcm34x.tmcl.datagram import Instruction, pack_record
 from tmcm34x.toolchain import parser
 from tmcm34x.toolchain.assembler import Code
 from tmcm34x.toolchain.diagnostics import Location
+from tmcm34x.toolchain.explanations import page, title
 from tmcm34x.toolchain.expressions import FUNCTIONS, Operand
 from tmcm34x.toolchain.reference import word_meaning
 from tmcm34x.toolchain.tokens import Token
@@ -32,8 +33,21 @@ def hover(program: Analysis, place: Place) -> Hover | None:
     parsed = program.line_at(place.file, place.line)
     if token is None or parsed is None:
         return None
-    text = "\n\n---\n\n".join(_hover_texts(program, place.file, place.line, token, parsed))
+    texts = [*_hover_texts(program, place.file, place.line, token, parsed), *_explanations(program, place)]
+    text = "\n\n---\n\n".join(filter(None, texts))
     return Hover(text, Location(place.file, place.line + 1, token.start + 1, token.end + 1)) if text else None
+
+
+def _explanations(program: Analysis, place: Place) -> Iterator[str]:
+    """The pages of the diagnostics at a place."""
+    codes = [
+        item.code
+        for item in program.findings
+        if item.location[:2] == (place.file, place.line + 1)
+        and item.location.column - 1 <= place.column < item.location.end
+    ]
+    for code in dict.fromkeys(codes):
+        yield f"**{code}** {title(code)}\n\n{page(code)}"
 
 
 def _hover_texts(program: Analysis, file: str, line: int, token: Token, parsed: parser.Line) -> Iterator[str]:

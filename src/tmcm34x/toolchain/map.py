@@ -1,0 +1,189 @@
+"""The flow of a program made visible: routines and whom they call, stack, times between WAITs, user variables.
+
+The time between WAITs is that of the longest way without one: instructions times the time of one instruction, which
+is an assumption (docs/fidelity.md).  A loop without a WAIT has no longest way.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cached_property
+from typing import Final, NamedTuple
+
+from tmcm34x.tmcl.commands import BY_MNEMONIC, PROGRAM_SIZE, STACK_DEPTH, USER_VARIABLES
+from tmcm34x.toolchain.assembler import Assembly
+from tmcm34x.toolchain.entries import entries
+from tmcm34x.toolchain.flow import STOP, Flow, components
+
+INSTRUCTION_MS: Final = 0.1
+_WAIT: Final = BY_MNEMONIC["WAIT"].number
+_WRITES: Final = frozenset(BY_MNEMONIC[name].number for name in ("SGP", "AGP", "RSGP"))
+_READS: Final = frozenset(BY_MNEMONIC[name].number for name in ("GGP", "STGP"))
+_VARIABLES: Final = 2
+
+
+class Routine(NamedTuple):
+    """An entry point or subroutine.
+
+    calls: the names of the routines that it calls itself
+    longest: instructions of the longest way without a WAIT, infinite where a loop has none
+    """
+
+    name: str
+    line: int
+    instructions: int
+    calls: tuple[str, ...]
+    longest: float
+
+
+class Variable(NamedTuple):
+    """A user variable, and the lines that write and read it."""
+
+    number: int
+    writers: tuple[int, ...]
+    readers: tuple[int, ...]
+
+
+class Map:
+    """What there is to know about the flow of an assembled program."""
+
+    def __init__(self, assembly: Assembly) -> None:
+        self.assembly = assembly
+        self.flow = Flow([code.instruction for code in assembly.code], entries(assembly))
+
+    @cached_property
+    def stack(self) -> int:
+        """The greatest number of calls open at once; recursion left aside."""
+        flow = self.flow
+        return max(
+            (flow.depth.get(address, 0) + 1 for address in flow.calls if address in flow.depth), default=0
+        )
+
+    @cached_property
+    def routines(self) -> list[Routine]:
+        """The entry points, then the subroutines, by address."""
+        called = sorted(set(self.flow.calls.values()) - set(self.flow.entries))
+        return [
+            self._routine(address) for address in (*self.flow.entries, *called) if address < self.flow.end
+        ]
+
+    @cached_property
+    def variables(self) -> list[Variable]:
+        """The user variables that the program uses."""
+        writers: dict[int, list[int]] = {}
+        readers: dict[int, list[int]] = {}
+        for code in self.assembly.code:
+            instruction = code.instruction
+            if (
+                instruction is not None
+                and instruction.motor == _VARIABLES
+                and instruction.type < USER_VARIABLES
+            ):
+                for numbers, lines in ((_WRITES, writers), (_READS, readers)):
+                    if instruction.number in numbers:
+                        lines.setdefault(instruction.type, []).append(code.number)
+        return [
+            Variable(number, tuple(writers.get(number, ())), tuple(readers.get(number, ())))
+            for number in sorted({*writers, *readers})
+        ]
+
+    def _name(self, address: int) -> str:
+        labels = self._labels
+        return labels.get(address, "start" if address == 0 else f"address {address}")
+
+    @cached_property
+    def _labels(self) -> Mapping[int, str]:
+        return {address: name for name, address in reversed(self.assembly.labels.items())}
+
+    def _routine(self, address: int) -> Routine:
+        body = self._body(address)
+        calls = sorted({self.flow.calls[n] for n in body if n in self.flow.calls})
+        return Routine(
+            self._name(address),
+            self.assembly.code[address].number,
+            len(body),
+            tuple(self._name(target) for target in calls),
+            self._longest_way(address),
+        )
+
+    def _body(self, address: int) -> list[int]:
+        """The addresses of a routine, without those of the routines that it calls."""
+        seen: set[int] = set()
+        waiting = [address]
+        while waiting:
+            node = waiting.pop()
+            if node not in seen and node != self.flow.end:
+                seen.add(node)
+                waiting += self.flow.steps[node]
+        return sorted(seen)
+
+    def _longest_way(self, address: int) -> float:
+        """Instructions of the longest way without a WAIT in a routine and in those that it calls."""
+        ways = self._ways(address, ())
+        return max(ways.values(), default=0.0)
+
+    def _ways(self, address: int, within: tuple[int, ...]) -> dict[int, float]:
+        """The longest way without a WAIT from each address of a routine on."""
+        body = self._body(address)
+        longest: dict[int, float] = {}
+        for component in reversed(components(self._steps_without_wait(body), body)):
+            turns = len(component) > 1 or component[0] in self._next(component[0])
+            for node in component:
+                ahead = [longest[n] for n in self._next(node) if n in longest and n not in component]
+                own = sum(self._weight(n, (*within, address)) for n in component)
+                longest[node] = math.inf if turns else own + max(ahead, default=0.0)
+        return longest
+
+    def _steps_without_wait(self, body: Iterable[int]) -> list[list[int]]:
+        steps: list[list[int]] = [[] for _ in range(self.flow.end + 1)]
+        for node in body:
+            steps[node] = self._next(node)
+        return steps
+
+    def _next(self, node: int) -> list[int]:
+        """Where the program goes behind an address; nowhere behind a WAIT or STOP."""
+        instruction = self.flow.program[node]
+        if instruction is None or instruction.number in (_WAIT, STOP):
+            return []
+        return [n for n in self.flow.steps[node] if n != self.flow.end]
+
+    def _weight(self, node: int, within: tuple[int, ...]) -> float:
+        """Instructions of one address: those of the subroutine too, where it is a call."""
+        target = self.flow.calls.get(node)
+        if target is None:
+            return 1.0
+        return math.inf if target in within else 1.0 + max(self._ways(target, within).values(), default=0.0)
+
+
+def program_map(assembly: Assembly) -> str:
+    """The map of a program as text."""
+    return "".join(f"{line}\n" for line in _lines(Map(assembly)))
+
+
+def _lines(found: Map) -> Iterator[str]:
+    count = len(found.assembly.code)
+    stack = f"{found.stack} of {STACK_DEPTH} calls open at most"
+    yield f"{found.assembly.file}: {count} of {PROGRAM_SIZE} instructions, {stack}"
+    yield ""
+    yield f"{'routine':<24} {'line':>5} {'instructions':>13}  {'between WAITs':<24} calls"
+    for routine in found.routines:
+        yield (
+            f"{routine.name:<24} {routine.line:>5} {routine.instructions:>13}  {_time(routine.longest):<24} "
+            f"{', '.join(routine.calls)}"
+        ).rstrip()
+    if found.variables:
+        yield ""
+        yield "variable  written in lines        read in lines"
+    for number, writers, readers in found.variables:
+        yield f"{number:>8}  {_numbers(writers):<23} {_numbers(readers)}".rstrip()
+
+
+def _time(longest: float) -> str:
+    if math.isinf(longest):
+        return "a loop without a WAIT"
+    return f"{longest:.0f}, {longest * INSTRUCTION_MS:.1f} ms"
+
+
+def _numbers(lines: tuple[int, ...]) -> str:
+    return ", ".join(map(str, lines)) or "-"
