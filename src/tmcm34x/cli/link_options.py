@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from tmcm34x.cli import CliError
+from tmcm34x.tmcl.numbers import GP
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
@@ -130,7 +131,7 @@ def make_can_links(options: dict[str, Any], rig: Rig) -> list[CanLink]:
     from tmcm34x.links.slcan import SlcanLink
     from tmcm34x.tmcl.global_parameters import CAN_BIT_RATES
 
-    bit_rate = CAN_BIT_RATES[rig.modules[0].eeprom.global_values[69]]
+    bit_rate = CAN_BIT_RATES[rig.modules[0].eeprom.global_values[GP.CAN_BIT_RATE]]
     return [
         *(SlcanLink(link or None, lambda: rig.now // clock.MS) for link in options["slcans"]),
         *(CanBusLink(interface, channel, bit_rate) for interface, channel in options["buses"]),

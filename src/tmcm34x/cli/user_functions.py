@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, cast
+from typing import TYPE_CHECKING, Annotated, Any, Final, NamedTuple, cast
 
 import click
 
@@ -50,7 +50,7 @@ def attach(path: Path, modules: Iterable[Module], report: Callable[[str], None])
         raise CliError(f"{path}: defines none of uf0 to uf{FUNCTIONS - 1} and no BANK_1")
     for module in modules:
         module.user_parameters = dict(parameters)
-        module.user_functions = {n: _guarded(path, n, call, report) for n, call in functions.items()}
+        module.user_functions = {n: _Guarded(path, n, call, report) for n, call in functions.items()}
 
 
 def _run(path: Path) -> dict[str, Any]:
@@ -77,17 +77,20 @@ def _parameters(path: Path, bank: Any) -> dict[int, int]:
         ) from None
 
 
-def _guarded(
-    path: Path, n: int, function: Callable[..., Any], report: Callable[[str], None]
-) -> Callable[[Module, int, int, int], tuple[int, int]]:
-    def call(module: Module, type_: int, motor: int, value: int) -> tuple[int, int]:
-        try:
-            return _result(function(module, type_, motor, value), value)
-        except Exception as error:
-            report(f"{path}{_line(path, error)}: uf{n}: {_text(error)}")
-            return Status.NOT_AVAILABLE, value
+class _Guarded(NamedTuple):
+    """A function of the file, whose failures are told and answered with status 6."""
 
-    return call
+    path: Path
+    n: int
+    function: Callable[..., Any]
+    report: Callable[[str], None]
+
+    def __call__(self, module: Module, type_: int, motor: int, value: int) -> tuple[int, int]:
+        try:
+            return _result(self.function(module, type_, motor, value), value)
+        except Exception as error:
+            self.report(f"{self.path}{_line(self.path, error)}: uf{self.n}: {_text(error)}")
+            return Status.NOT_AVAILABLE, value
 
 
 def _result(answer: Any, value: int) -> tuple[int, int]:

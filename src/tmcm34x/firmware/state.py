@@ -369,6 +369,14 @@ class Core:
         """The clock at which a pin that changed is noticed."""
         self.random_state = seed & _RANDOM_MASK
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in Core.__slots__ if name not in _LISTENERS}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.observers, self.on_power = [], []
+        for name, value in state.items():
+            setattr(self, name, value)
+
     def forget(self) -> None:
         """Power-on: everything that is not in the EEPROM is as new; random numbers and clock go on."""
         for axis in self.axes:

@@ -25,6 +25,7 @@ from tmcm34x.tmcl.datagram import (
     unpack_can_reply,
     unpack_request,
 )
+from tmcm34x.tmcl.numbers import CONTROL
 
 if TYPE_CHECKING:
     from tmcm34x.host.steps import Follow
@@ -298,8 +299,8 @@ def serial_form(number: int, data: bytes, host: int) -> bytes:
     return pack_reply(unpack_can_reply(data, host))
 
 
-_READ_MEMORY: Final = 134
-_VERSION: Final = 136
+_READ_MEMORY: Final = CONTROL.READ_PROGRAM_MEMORY
+_VERSION: Final = CONTROL.GET_FIRMWARE_VERSION
 
 
 def open_line(url: Url) -> Line:

@@ -27,6 +27,7 @@ from tmcm34x.host.exceptions import GarbledReplyError, LateReplyError, NoReplyEr
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS, RFS_TYPES
 from tmcm34x.tmcl.datagram import SIZE, Instruction, Reply, pack_request, unpack_reply
 from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_KEYS
+from tmcm34x.tmcl.numbers import CONTROL
 from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 
 QUIET_S: Final = 0.1
@@ -35,10 +36,10 @@ QUIET_S: Final = 0.1
 _GAP, _GGP, _GIO, _GCO, _RFS, _SGP = (
     BY_MNEMONIC[name].number for name in ("GAP", "GGP", "GIO", "GCO", "RFS", "SGP")
 )
-_QUIT_DOWNLOAD: Final = 133
-READ_MEMORY: Final = 134
-_GET_STATUS: Final = 135
-VERSION: Final = 136
+_QUIT_DOWNLOAD: Final = CONTROL.QUIT_DOWNLOAD
+READ_MEMORY: Final = CONTROL.READ_PROGRAM_MEMORY
+_GET_STATUS: Final = CONTROL.GET_APPLICATION_STATUS
+VERSION: Final = CONTROL.GET_FIRMWARE_VERSION
 _EVENT: Final = bytes((Status.POSITION_REACHED, 138))
 _VERSION_TEXT: Final = re.compile(rb"[0-9]{3,4}[VB][0-9.]{3,4}\Z")
 _OK: Final = int(Status.OK)
@@ -48,8 +49,8 @@ _RANDOM: Final = (_GGP, GLOBAL_KEYS["random_number"].number, 0)
 _RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
 _RFS_STOP: Final = dict(RFS_TYPES)["STOP"]
 _MST: Final = BY_MNEMONIC["MST"].number
-_STOP_PROGRAM: Final = 128
-_RESET_PROGRAM: Final = 131
+_STOP_PROGRAM: Final = CONTROL.STOP_APPLICATION
+_RESET_PROGRAM: Final = CONTROL.RESET_APPLICATION
 _ALWAYS: Final = frozenset({_GAP, _GIO, READ_MEMORY, _GET_STATUS, VERSION, _QUIT_DOWNLOAD})
 
 

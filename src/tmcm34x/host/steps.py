@@ -19,6 +19,7 @@ from tmcm34x.host.protocol import Answer
 from tmcm34x.host.reading import Reading, Refused, Silent, Value
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOVE_TYPES, RFS_TYPES
 from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.numbers import CONTROL
 from tmcm34x.tmcl.status import Status
 
 T = TypeVar("T")
@@ -51,19 +52,19 @@ NUMBERS: Final = {mnemonic: row.number for mnemonic, row in BY_MNEMONIC.items()}
 """Command numbers by mnemonic."""
 MOVES: Final = dict(MOVE_TYPES)
 SEARCHES: Final = dict(RFS_TYPES)
-STOP: Final = 128
-RUN: Final = 129
-STEP: Final = 130
-RESET: Final = 131
-START_DOWNLOAD: Final = 132
-QUIT_DOWNLOAD: Final = 133
-READ_MEMORY: Final = 134
-VERSION: Final = 136
-FACTORY_RESET: Final = 137
-REQUEST_EVENT: Final = 138
+STOP: Final = CONTROL.STOP_APPLICATION
+RUN: Final = CONTROL.RUN_APPLICATION
+STEP: Final = CONTROL.STEP_APPLICATION
+RESET: Final = CONTROL.RESET_APPLICATION
+START_DOWNLOAD: Final = CONTROL.START_DOWNLOAD
+QUIT_DOWNLOAD: Final = CONTROL.QUIT_DOWNLOAD
+READ_MEMORY: Final = CONTROL.READ_PROGRAM_MEMORY
+VERSION: Final = CONTROL.GET_FIRMWARE_VERSION
+FACTORY_RESET: Final = CONTROL.RESTORE_FACTORY_SETTINGS
+REQUEST_EVENT: Final = CONTROL.REQUEST_TARGET_REACHED
 
 _OK: Final = int(Status.OK)
-_FIRST_CONTROL: Final = 128
+_FIRST_CONTROL: Final = CONTROL.STOP_APPLICATION
 
 
 def now() -> Steps[float]:

@@ -11,18 +11,19 @@ from tmcm34x.ide.wire import Exchange
 from tmcm34x.tmcl.commands import BY_NUMBER
 from tmcm34x.tmcl.datagram import Instruction, checksum, unpack_reply
 from tmcm34x.tmcl.mnemonic import format_instruction
+from tmcm34x.tmcl.numbers import CONTROL
 from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 
-STOP_PROGRAM: Final = 128
-RUN_PROGRAM: Final = 129
-STEP_PROGRAM: Final = 130
-RESET_PROGRAM: Final = 131
-START_DOWNLOAD: Final = 132
-QUIT_DOWNLOAD: Final = 133
-READ_MEMORY: Final = 134
-VERSION: Final = 136
-FACTORY_RESET: Final = 137
-ASCII_MODE: Final = 139
+STOP_PROGRAM: Final = CONTROL.STOP_APPLICATION
+RUN_PROGRAM: Final = CONTROL.RUN_APPLICATION
+STEP_PROGRAM: Final = CONTROL.STEP_APPLICATION
+RESET_PROGRAM: Final = CONTROL.RESET_APPLICATION
+START_DOWNLOAD: Final = CONTROL.START_DOWNLOAD
+QUIT_DOWNLOAD: Final = CONTROL.QUIT_DOWNLOAD
+READ_MEMORY: Final = CONTROL.READ_PROGRAM_MEMORY
+VERSION: Final = CONTROL.GET_FIRMWARE_VERSION
+FACTORY_RESET: Final = CONTROL.RESTORE_FACTORY_SETTINGS
+ASCII_MODE: Final = CONTROL.ENTER_ASCII_MODE
 
 END_MARK: Final = Instruction(0)
 

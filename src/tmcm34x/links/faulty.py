@@ -32,9 +32,10 @@ from tmcm34x.tmcl.datagram import (
     unpack_reply,
     unpack_request,
 )
+from tmcm34x.tmcl.numbers import CONTROL
 from tmcm34x.tmcl.status import Status
 
-HARMLESS: Final = Instruction(135)
+HARMLESS: Final = Instruction(CONTROL.GET_APPLICATION_STATUS)
 """Get application status: changes nothing in any state of a module, and has a reply even while downloading."""
 
 

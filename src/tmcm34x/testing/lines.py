@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Final
 from tmcm34x.clock import HZ, MS, NEVER, clocks
 from tmcm34x.links import BusPeer, CanLink, Connect, ConnectBus, Link, Peer, Plug, Send, SendFrame
 from tmcm34x.tmcl.global_parameters import BAUD_RATES, CAN_BIT_RATES
+from tmcm34x.tmcl.numbers import GP
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
@@ -128,7 +129,7 @@ class VirtualPace:
     @property
     def can_bit_rate(self) -> int:
         """Of the CAN bus."""
-        return CAN_BIT_RATES[self._rig.modules[0].eeprom.global_values[69]]
+        return CAN_BIT_RATES[self._rig.modules[0].eeprom.global_values[GP.CAN_BIT_RATE]]
 
     def wrap(self, connect: Connect) -> Connect:
         """`connect` with this pace."""

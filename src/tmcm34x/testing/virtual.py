@@ -23,6 +23,7 @@ from tmcm34x.testing.lines import Clockwork, PacedCanLink, PacedLink, VirtualPac
 from tmcm34x.testing.rigs import make_rig
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import CAN_BIT_RATES
+from tmcm34x.tmcl.numbers import GP
 from tmcm34x.trace.picture import PictureRecorder
 
 if TYPE_CHECKING:
@@ -193,7 +194,7 @@ class VirtualModule(ModuleUnderTest):
         from tmcm34x.links.can import CanBusLink
 
         if "can" not in self._addresses:
-            rate = CAN_BIT_RATES[self.rig.modules[0].eeprom.global_values[69]]
+            rate = CAN_BIT_RATES[self.rig.modules[0].eeprom.global_values[GP.CAN_BIT_RATE]]
             link: CanLink = CanBusLink("virtual", self.name, rate)
             paced = link if self._speed else PacedCanLink(link, self._pace)
             self._addresses["can"] = self._start().await_(self._server.open_can(paced))

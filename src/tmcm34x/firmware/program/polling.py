@@ -19,6 +19,7 @@ from tmcm34x.firmware.program.registers import Contents
 from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS, BY_KEY
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS, RFS_TYPES
 from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS
+from tmcm34x.tmcl.numbers import AP
 
 if TYPE_CHECKING:
     from tmcm34x.clock import Value
@@ -168,7 +169,7 @@ class Polling:
         The chip takes up what was written with its next ramp tick.
         """
         axis = self._module.axes[motor]
-        if now - self._disturbed <= RAMP_TICK << axis.values[153]:
+        if now - self._disturbed <= RAMP_TICK << axis.values[AP.RAMP_DIVISOR]:
             return False
         speed = axis.read(V_ACTUAL)
         if speed != axis.read(V_TARGET):

@@ -39,12 +39,32 @@ class Wait(NamedTuple):
         return self.kind != _TICKS
 
 
+def _never(_core: Core, _motor: int) -> bool:
+    return False
+
+
+def _reached(core: Core, motor: int) -> bool:
+    return core.axes[motor].reached
+
+
+def _reference_switch(core: Core, motor: int) -> bool:
+    return core.axes[motor].left_switch
+
+
+def _limit_switch(core: Core, motor: int) -> bool:
+    return core.axes[motor].left_switch or core.axes[motor].right_switch
+
+
+def _searched(core: Core, motor: int) -> bool:
+    return not core.axes[motor].search
+
+
 _CONDITIONS: Final[dict[int, Callable[[Core, int], bool]]] = {
-    _TICKS: lambda core, motor: False,
-    _POS: lambda core, motor: core.axes[motor].reached,
-    _REFSW: lambda core, motor: core.axes[motor].left_switch,
-    _LIMSW: lambda core, motor: core.axes[motor].left_switch or core.axes[motor].right_switch,
-    _RFS: lambda core, motor: not core.axes[motor].search,
+    _TICKS: _never,
+    _POS: _reached,
+    _REFSW: _reference_switch,
+    _LIMSW: _limit_switch,
+    _RFS: _searched,
 }
 
 
