@@ -8,6 +8,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
+import msgspec
+
 from tmcm34x.bench import description as d
 from tmcm34x.bench.action import Action, Value
 from tmcm34x.bench.mount import Fitting, Mount
@@ -67,7 +69,7 @@ def build(bench: d.Bench, eeproms: Sequence[Eeprom | None] = ()) -> Rig:
         _happening(f"event[{n}]", n, event, worlds) for n, event in numbered if event.do != "expect"
     ]
     expectations = [_expectation(f"event[{n}]", event) for n, event in numbered if event.do == "expect"]
-    rig = Rig(worlds, happenings)
+    rig = Rig(worlds, happenings, description=msgspec.json.encode(bench, order="deterministic"))
     rig.expectations = tuple(expectations)
     return rig
 

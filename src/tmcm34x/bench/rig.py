@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from heapq import heapify, heappop
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from tmcm34x import clock
 from tmcm34x.bench.action import Action, perform
 from tmcm34x.bench.mount import Fitting
+from tmcm34x.bench.snapshot import SnapshotError, pack_snapshot, unpack_snapshot
 from tmcm34x.bench.world import World
 from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
-from tmcm34x.clock import NEVER
+from tmcm34x.clock import NEVER, Value
 from tmcm34x.firmware.boot import BootLoader
 from tmcm34x.firmware.module import INSTRUCTION_CLOCKS, Module
 from tmcm34x.firmware.storage import Eeprom
@@ -43,9 +44,12 @@ class Rig:
 
     modules: in the order of the bench file
     worlds: what hangs on each
+    description: what it was built from; snapshots fit rigs of an equal description only
     """
 
-    def __init__(self, worlds: Sequence[World], happenings: Iterable[Happening] = ()) -> None:
+    def __init__(
+        self, worlds: Sequence[World], happenings: Iterable[Happening] = (), *, description: Value = ()
+    ) -> None:
         self.worlds = tuple(worlds)
         self.modules = tuple(world.module for world in worlds)
         self.now = 0
@@ -53,14 +57,16 @@ class Rig:
         """Called with each action from outside and its clock, after it was done."""
         self.expectations: tuple[Expectation, ...] = ()
         """What the bench file expects to happen; a `bench.session.watch.Watch` looks after it."""
-        self._happenings = list(happenings)
-        heapify(self._happenings)
+        self._fingerprint = bytes.fromhex(clock.digest(description))
+        self._happenings = tuple(sorted(happenings))
+        self._happened = 0
+        """How many of them are over."""
         self._settle()
 
     def next_event(self) -> int:
         """The next clock at which something could be noticed."""
         self._settle()
-        due = self._happenings[0].when if self._happenings else NEVER
+        due = self._next_happening
         for world in self.worlds:
             due = min(due, world.due, world.module.next_event())
         return due
@@ -68,7 +74,7 @@ class Rig:
     def next_disturbance(self) -> int:
         """The next clock at which something besides the stand-alone programs has an event."""
         self._settle()
-        due = self._happenings[0].when if self._happenings else NEVER
+        due = self._next_happening
         for world in self.worlds:
             due = min(due, world.due, world.module.next_disturbance())
         return due
@@ -78,15 +84,54 @@ class Rig:
         for module in self.modules:
             module.advance(now)
         self.now = now
-        while self._happenings and self._happenings[0].when <= now:
-            perform(self, heappop(self._happenings).action)
+        while self._next_happening <= now:
+            self._happened += 1
+            perform(self, self._happenings[self._happened - 1].action)
         self._settle()
+
+    @property
+    def _next_happening(self) -> int:
+        """The clock of the next of them, or `NEVER`."""
+        return self._happenings[self._happened].when if self._happened < len(self._happenings) else NEVER
 
     def act(self, action: Action) -> None:
         """Do something to the bench from outside, at the present clock; raises `ActionError`."""
         perform(self, action)
         for listener in self.on_action:
             listener(action, self.now)
+
+    # State
+
+    def save(self) -> Value:
+        """All that modules and worlds remember, as a plain value."""
+        modules = tuple([module.save() for module in self.modules])
+        return self.now, self._happened, modules, tuple([world.save() for world in self.worlds])
+
+    def load(self, value: Any) -> None:
+        """Become a rig of the same description that was saved; listeners are not called."""
+        self.now, self._happened, modules, worlds = value
+        for world, saved in zip(self.worlds, worlds, strict=True):
+            world.load(saved)
+        for module, saved in zip(self.modules, modules, strict=True):
+            module.load(saved)
+
+    def digest(self) -> str:
+        """A fingerprint of the state: equal states have equal digests."""
+        return clock.digest(self.save())
+
+    def snapshot(self) -> bytes:
+        """The state as bytes, for `restore` of a rig of the same description."""
+        return pack_snapshot(self.save(), self._fingerprint)
+
+    def restore(self, data: bytes) -> None:
+        """Go back to a snapshot; raises `SnapshotError` and changes nothing where it is not one of this bench."""
+        state = unpack_snapshot(data, self._fingerprint)
+        before = self.save()
+        try:
+            self.load(state)
+        except (TypeError, ValueError, LookupError) as error:
+            self.load(before)
+            raise SnapshotError("a damaged snapshot: its contents do not fit this bench") from error
 
     def _settle(self) -> None:
         """Bring the worlds to the modules' clock; what one does may concern another."""
@@ -128,4 +173,4 @@ def simple_rig(
     BootLoader(module)
     world = World(module, [Fitting(LoadAxis(Motor(), FREE_SHAFT)) for _ in range(3)])
     module.power_on()
-    return Rig([world])
+    return Rig([world], description=("simple", model, seed, instruction_clocks))
