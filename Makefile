@@ -23,6 +23,8 @@ check: $(VENV)/.test
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/pyright
+	$(BIN)/pyright --pythonplatform Windows
+	$(BIN)/pyright --pythonplatform Darwin
 
 # One simulated week of random commands and faults (docs/sessions.md); 1,000 killed servers.
 soak: $(VENV)/.test

@@ -17,8 +17,8 @@ from typing import Any
 
 from tmcm34x import clock
 from tmcm34x.links import Connect, Link, Send
-from tmcm34x.links.pty import PtyLink
-from tmcm34x.links.slcan import SlcanLink
+from tmcm34x.links.posix.pty import PtyLink
+from tmcm34x.links.posix.slcan import SlcanLink
 from tmcm34x.links.tcp import TcpLink
 from tmcm34x.server import Server
 

@@ -257,6 +257,7 @@ def test_a_missing_serial_port_is_refused():
         ("--tcp", "localhost:65536"),
         ("--speed", -1),
         ("--speed", "fast"),
+        ("--speed", "1e308"),
         ("--seed", "x"),
         ("--instruction-time", 0),
         ("--baud", 0),
@@ -412,3 +413,63 @@ def test_faults_and_pace_are_options(serve):
 @pytest.mark.parametrize("text", ["garbel", "status", "drop,count=none"])
 def test_what_is_no_fault_is_refused(text):
     assert refused("--fault", text).startswith("Invalid value for '--fault'")
+
+
+def test_any_address_is_for_one_module():
+    bench = Path(__file__).parents[2] / "examples" / "benches" / "rs485.toml"
+    assert refused("--bench", bench, "--any-address").startswith("--any-address is for one module")
+
+
+def test_a_telegram_log_that_nobody_reads_holds_up_nothing():
+    """Some 300 telegrams fill a pipe; whoever started the server as a child may never look into it."""
+    process = subprocess.Popen(
+        [COMMAND, "serve", "--tcp", "0", "--log-telegrams", "-"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    with process:
+        with Socket(process.stdout.readline().decode().split()[2]) as client:
+            for _ in range(3000):
+                assert client.ask(10, 66, 0).value == 1
+        process.terminate()
+        assert process.wait(10) == 0
+        process.stdout.close()
+
+
+def test_more_connections_than_file_descriptors_end_nothing(tmp_path):
+    limit = [
+        "prlimit",
+        "--nofile=64",
+        COMMAND,
+        "serve",
+        "--tcp",
+        "0",
+        "--tcp",
+        "0",
+        "--eeprom",
+        tmp_path / "memory",
+    ]
+    with subprocess.Popen(limit, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        addresses = [process.stdout.readline().split()[2] for _ in range(2)]
+        with Socket(addresses[0]) as first:
+            others = []
+            for number in range(150):
+                host, port = addresses[number % 2].rsplit(":", 1)
+                others.append(socket.create_connection((host, int(port)), timeout=5))
+            assert first.ask(9, 68, 0, 77).status == 100
+            for other in others:
+                other.close()
+            assert first.ask(10, 68, 0).value == 77
+        process.terminate()
+        assert process.wait(10) == 0
+        assert process.stderr.read().count("\n") <= 1
+
+
+@pytest.mark.parametrize("speed", [1, 4, 7, 20])
+def test_at_speed_0_a_slow_motor_keeps_no_host_waiting(serve, speed):
+    """Its next event lies up to 550,000 seconds ahead."""
+    with Socket(serve("--tcp", 0, "--speed", 0).tcp) as client:
+        assert client.ask(1, 0, 0, speed).status == 100
+        for _ in range(20):
+            assert client.ask(6, 2, 0).value == speed
+        assert client.ask(3, 0).status == 100

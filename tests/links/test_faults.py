@@ -12,7 +12,7 @@ from tmcm34x.bench import simple_rig
 from tmcm34x.links.faults import KINDS, FaultError, fault, parse
 from tmcm34x.links.faulty import Faults
 from tmcm34x.links.memory import MemoryClient
-from tmcm34x.links.pty import PtyLink
+from tmcm34x.links.posix.pty import PtyLink
 from tmcm34x.links.tcp import TcpLink
 from tmcm34x.links.timing import VirtualTiming
 from tmcm34x.server import Server

@@ -9,7 +9,7 @@ import tty
 import pytest
 
 from tmcm34x.links import LinkError
-from tmcm34x.links.pty import PtyLink
+from tmcm34x.links.posix.pty import PtyLink
 
 
 class Echo:

@@ -82,3 +82,46 @@ def test_what_is_no_port_is_refused_in_one_line(device):
         assert "\n" not in str(caught.value)
 
     asyncio.run(scenario())
+
+
+def test_a_port_that_goes_away_and_comes_back_is_reported_once_each(tmp_path, monkeypatch):
+    """An adapter pulled and plugged in again, played by two pseudo terminals under one name."""
+    monkeypatch.setattr("tmcm34x.links.serial.RETRY_S", 0.01)
+    path = tmp_path / "adapter"
+
+    def plug_in():
+        ours, theirs = os.openpty()
+        tty.setraw(theirs)
+        os.set_blocking(ours, False)
+        path.symlink_to(os.ttyname(theirs))
+        return ours, theirs
+
+    async def until(condition):
+        for _ in range(5000):
+            if condition():
+                return True
+            await asyncio.sleep(0.001)
+        return False
+
+    async def scenario():
+        ours, theirs = plug_in()
+        link, echo, lines = SerialLink(str(path), 9600), Echo(), []
+        link.report = lines.append
+        await link.open(echo.connect)
+        path.unlink()
+        os.close(theirs)
+        os.close(ours)
+        assert await until(lambda: lines)
+        assert echo.hang_ups == 1
+        assert await until(lambda: link._retry is not None)
+        ours, theirs = plug_in()
+        assert await until(lambda: len(lines) == 2)
+        os.write(ours, b"again")
+        assert await reads(ours, 5) == b"again"
+        link.close()
+        os.close(ours)
+        os.close(theirs)
+        gone = f"{path} has gone away (No such file or directory); trying again every second"
+        assert lines == [gone, f"{path} is back"]
+
+    asyncio.run(scenario())

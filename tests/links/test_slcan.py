@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tmcm34x.links import EXTENDED
-from tmcm34x.links.slcan import BIT_RATES, Adapter
+from tmcm34x.links.posix.slcan import BIT_RATES, Adapter
 
 
 class Bus:
@@ -64,6 +64,17 @@ def test_a_frame_comes_in_as_text(host):
     host.ask("S8\rO\r")
     host.bus.deliver(2, bytes.fromhex("01640600000000"))
     assert host.ask("") == "t002701640600000000\r"
+
+
+def test_a_frame_is_acknowledged_before_the_reply_to_it(host):
+    """Lawicel's order: z is about sending, which is over before a module can answer."""
+
+    def reply(identifier, data, bit_rate):
+        host.bus.deliver(2, b"\x01")
+
+    host.bus.receive = reply
+    assert host.ask("O\rt0010\r") == "\rz\rt002101\r"
+    assert host.ask("T000000010\r") == "Z\rt002101\r"
 
 
 def test_frames_may_carry_the_time(host):

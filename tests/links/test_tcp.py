@@ -2,11 +2,13 @@
 
 import asyncio
 import contextlib
+import resource
 import socket
+import struct
 
 import pytest
 
-from tmcm34x.links import LinkError
+from tmcm34x.links import LinkError, tcp
 from tmcm34x.links.tcp import TcpLink
 
 
@@ -114,3 +116,78 @@ def test_an_unknown_host_is_refused():
             await TcpLink("no-such-host.invalid", 0).open(Echo().connect)
 
     asyncio.run(scenario())
+
+
+def test_more_connections_than_there_is_room_for_are_reset_and_the_others_stay(monkeypatch):
+    monkeypatch.setattr(tcp, "most_clients", lambda: 3)
+
+    async def scenario():
+        echo = Echo()
+        async with served(echo) as port:
+            inside = [await asyncio.open_connection("127.0.0.1", port) for _ in range(3)]
+            for reader, writer in inside:
+                assert await talk(reader, writer, b"here") == b"here"
+            reader, writer = await asyncio.open_connection("127.0.0.1", port)
+            with contextlib.suppress(ConnectionError):
+                assert await reader.read() == b""
+            writer.close()
+            for reader, writer in inside:
+                assert await talk(reader, writer, b"still") == b"still"
+            await hang_up(inside.pop()[1])
+            while len(echo.gone) < 1:
+                await asyncio.sleep(0.001)
+            reader, writer = await asyncio.open_connection("127.0.0.1", port)
+            assert await talk(reader, writer, b"next") == b"next"
+            for _, each in (*inside, (reader, writer)):
+                await hang_up(each)
+
+    asyncio.run(scenario())
+
+
+def test_the_most_connections_leave_files_for_others():
+    assert 0 < tcp.most_clients() <= resource.getrlimit(resource.RLIMIT_NOFILE)[0] // 2
+
+
+def test_a_host_that_vanishes_without_a_word_is_noticed():
+    async def scenario():
+        echo = Echo()
+        async with served(echo) as port:
+            reader, writer = await asyncio.open_connection("127.0.0.1", port)
+            assert await talk(reader, writer, b"here") == b"here"
+            (client,) = tcp._CLIENTS
+            connection = client._transport.get_extra_info("socket")
+            assert connection.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+            assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE) == 60
+            await hang_up(writer)
+
+    asyncio.run(scenario())
+
+
+def test_replies_to_a_reset_connection_are_lost_without_a_word(caplog):
+    """asyncio would complain of each but the first five, on the user's terminal."""
+
+    class Talker:
+        def connect(self, name, send):
+            self.send = send
+            return self
+
+        def receive(self, data):
+            for _ in range(1000):
+                self.send(bytes(9000))
+
+        def disconnect(self):
+            pass
+
+    async def scenario():
+        link = TcpLink("127.0.0.1", 0)
+        port = int((await link.open(Talker().connect)).rpartition(":")[2])
+        for _ in range(5):
+            client = socket.create_connection(("127.0.0.1", port))
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            client.sendall(b"go")
+            client.close()
+            await asyncio.sleep(0.01)
+        link.close()
+
+    asyncio.run(scenario())
+    assert not caplog.records

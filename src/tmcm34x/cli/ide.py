@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-import signal
 import socket
 import webbrowser
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from tmcm34x.cli import CliError, link_options, spare_the_collector
+from tmcm34x.cli.signals import stop_on_signals
 
 if TYPE_CHECKING:
     from tmcm34x.ide.target import Target
@@ -126,8 +126,7 @@ async def _serve(
         hub.halt()
         server.should_exit = True
 
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        loop.add_signal_handler(number, end)
+    stop_on_signals(loop, end)
     await hub.open()
     try:
         hub.links = await _open_links(hub.target, options)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib.util
+import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
@@ -113,13 +115,30 @@ def options(command: Callable[..., int]) -> Callable[..., int]:
 
 def make_links(options: dict[str, Any]) -> list[Link]:
     """The serial lines that were asked for."""
-    from tmcm34x.links.pty import PtyLink
     from tmcm34x.links.tcp import TcpLink
 
     return [
-        *(PtyLink(link or None) for link in options["ptys"]),
+        *make_ptys(options["ptys"]),
         *(TcpLink(host, port) for host, port in options["tcps"]),
     ]
+
+
+def make_ptys(paths: Sequence[str]) -> list[Link]:
+    """Pseudo terminals, each with a symbolic link where a path is given."""
+    if not paths:
+        return []
+    if sys.platform == "win32" or not _have_terminals():
+        raise CliError(f"{_NO_TERMINALS}: use --tcp [HOST:]PORT or --serial DEVICE")
+    from tmcm34x.links.posix.pty import PtyLink
+
+    return [PtyLink(path or None) for path in paths]
+
+
+_NO_TERMINALS: Final = "there are no pseudo terminals on this system"
+
+
+def _have_terminals() -> bool:
+    return importlib.util.find_spec("termios") is not None
 
 
 def make_can_links(options: dict[str, Any], rig: Rig) -> list[CanLink]:
@@ -128,14 +147,23 @@ def make_can_links(options: dict[str, Any], rig: Rig) -> list[CanLink]:
         return []
     from tmcm34x import clock
     from tmcm34x.links.can import CanBusLink
-    from tmcm34x.links.slcan import SlcanLink
     from tmcm34x.tmcl.global_parameters import CAN_BIT_RATES
 
     bit_rate = CAN_BIT_RATES[rig.modules[0].eeprom.global_values[GP.CAN_BIT_RATE]]
     return [
-        *(SlcanLink(link or None, lambda: rig.now // clock.MS) for link in options["slcans"]),
+        *_make_slcans(options["slcans"], lambda: rig.now // clock.MS),
         *(CanBusLink(interface, channel, bit_rate) for interface, channel in options["buses"]),
     ]
+
+
+def _make_slcans(paths: Sequence[str], milliseconds: Callable[[], int]) -> list[CanLink]:
+    if not paths:
+        return []
+    if sys.platform == "win32" or not _have_terminals():
+        raise CliError(f"{_NO_TERMINALS}, and so no SLCAN adapters: use --can INTERFACE:CHANNEL")
+    from tmcm34x.links.posix.slcan import SlcanLink
+
+    return [SlcanLink(path or None, milliseconds) for path in paths]
 
 
 async def open_links(server: Server, links: Sequence[Link], can_links: Sequence[CanLink]) -> list[str]:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import gc
-import signal
-import sys
-from collections.abc import Sequence
+import os
+import stat
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import click
 
@@ -17,10 +19,11 @@ from tmcm34x import clock
 from tmcm34x.bench import BenchError, Rig, simple_rig
 from tmcm34x.cli import CliError, FiniteRange, link_options, user_functions
 from tmcm34x.cli.memory import keep, open_eeprom
+from tmcm34x.cli.signals import stop_on_signals
 from tmcm34x.firmware.storage import Eeprom, EepromError
-from tmcm34x.links import CanLink, Link
-from tmcm34x.links.pty import PtyLink
+from tmcm34x.links import CanLink, Link, Moving, Reporting
 from tmcm34x.server import Server, Store, TelegramLog
+from tmcm34x.server.output import Output
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
@@ -90,7 +93,7 @@ Examples:
 )
 @click.option(
     "--speed",
-    type=FiniteRange(0),
+    type=FiniteRange(0, 1e6),
     default=1.0,
     show_default=True,
     metavar="FACTOR",
@@ -125,6 +128,8 @@ def command(context: click.Context, **options: Any) -> int:
     """
     program = None if options["program"] is None else _read_program(options["program"])
     with contextlib.ExitStack() as stack:
+        stack.callback(_ERRORS.close)
+        stack.callback(_OUTPUT.close)
         log = _open_log(options["log_telegrams"], stack)
         rig, stores = _build(context, options, program, stack)
         server = Server(
@@ -161,7 +166,7 @@ def _make_links(options: dict[str, Any]) -> list[Link]:
         from tmcm34x.links.serial import SerialLink
 
         links += [SerialLink(device, options["baud"]) for device in options["serials"]]
-    return links if links or options["slcans"] or options["buses"] else [PtyLink()]
+    return links if links or options["slcans"] or options["buses"] else link_options.make_ptys([""])
 
 
 def _build(
@@ -179,6 +184,10 @@ def _build(
         rig = _load_bench(context, options, eeproms) if options["bench"] else _build_module(options, eeproms)
     except (EepromError, BenchError) as error:
         raise CliError(str(error)) from error
+    if options["any_address"] and rig.modules[1:]:
+        raise CliError(
+            "--any-address is for one module: here all of them would answer every telegram at once"
+        )
     if len(files) > len(rig.modules):
         raise CliError(f"{len(files)} EEPROM files for {len(rig.modules)} modules")
     if options["user_functions"]:
@@ -234,13 +243,16 @@ def _open_log(path: str | None, stack: contextlib.ExitStack) -> TelegramLog | No
     if path is None:
         return None
     if path == "-":
-        return TelegramLog(sys.stdout)
+        return TelegramLog(_OUTPUT)
     try:
         stream = Path(path).open("w", encoding="utf-8")  # noqa: SIM115
     except OSError as error:
         raise CliError(f"{path}: {error.strerror}") from error
     stack.callback(_close, stream)
-    return TelegramLog(stream)
+    if stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+        return TelegramLog(stream)
+    stack.callback((output := Output(stream.fileno())).close)
+    return TelegramLog(output)
 
 
 def _close(stream: TextIO) -> None:
@@ -249,8 +261,28 @@ def _close(stream: TextIO) -> None:
         stream.close()
 
 
+_OUTPUT: Final = Output(1)
+_ERRORS: Final = Output(2)
+
+
 def _report(line: str) -> None:
-    click.echo(f"tmcm34x serve: {line}", err=True)
+    _ERRORS.write(f"tmcm34x serve: {line}\n")
+
+
+_SCARCE: Final = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM, errno.ECONNABORTED})
+"""Why a connection could not be accepted; asyncio tries again after a second."""
+
+
+def _announce(kind: str, address: str) -> None:
+    _OUTPUT.write(f"ready {kind} {address}\n")
+
+
+def _watch(log: object, loop: asyncio.AbstractEventLoop, stop: Callable[[Exception], None]) -> None:
+    """End the server when its telegram log can be written no more."""
+    if isinstance(log, TelegramLog):
+        log.lost = stop
+        if isinstance(log.stream, Output):
+            log.stream.lost = partial(loop.call_soon_threadsafe, stop)
 
 
 async def _serve(server: Server, links: list[Link], can_links: list[CanLink]) -> int:
@@ -261,14 +293,27 @@ async def _serve(server: Server, links: list[Link], can_links: list[CanLink]) ->
         if not stopped.done():
             stopped.set_exception(error) if error else stopped.set_result(None)
 
-    # A bug must not be logged and forgotten: it ends the server.
-    loop.set_exception_handler(
-        lambda _, context: stop(context.get("exception", RuntimeError(context["message"])))
-    )
-    if isinstance(server.log, TelegramLog):
-        server.log.lost = stop
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        loop.add_signal_handler(number, stop)
+    reported: set[str] = set()
+
+    def judge(_: object, context: dict[str, Any]) -> None:
+        """A bug must not be logged and forgotten: it ends the server."""
+        error = context.get("exception", RuntimeError(context["message"]))
+        if isinstance(error, OSError) and error.errno in _SCARCE and "socket" in context:
+            line = f"connections are not accepted at times: {error.strerror}"
+            if line not in reported:
+                reported.add(line)
+                _report(line)
+        else:
+            stop(error)
+
+    loop.set_exception_handler(judge)
+    _watch(server.log, loop, stop)
+    for link in (*links, *can_links):
+        if isinstance(link, Reporting):
+            link.report = _report
+        if isinstance(link, Moving):
+            link.moved = partial(_announce, link.kind)
+    stop_on_signals(loop, stop)
     try:
         await link_options.open_links(server, links, can_links)
         gc.freeze()  # all of it lives as long as the process: no need to look for garbage in it

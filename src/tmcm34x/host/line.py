@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import importlib.util
 import os
 import select
 import socket
+import sys
 import time
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -356,8 +358,8 @@ def _reason(error: Exception) -> str:
 
 
 def _termios_error() -> type[Exception]:
-    try:
-        import termios
-    except ImportError:  # Windows
+    if sys.platform == "win32" or importlib.util.find_spec("termios") is None:
         return OSError
+    import termios
+
     return termios.error

@@ -6,8 +6,8 @@ and gets a `Peer` back.
 
 Serial links carry bytes, CAN links frames; both kinds look alike otherwise.
 
-Read in this order: this file, `memory`, `pty`, `tcp`, `serial`, `slcan`, `can`; then what disturbs lines: `timing`,
-`pacing`, `faults`, `faulty`.
+Read in this order: this file, `memory`, `tcp`, `serial`, `can`, `posix.pty`, `posix.slcan`; then what disturbs lines:
+`timing`, `pacing`, `faults`, `faulty`.
 """
 
 from __future__ import annotations
@@ -83,6 +83,24 @@ class Plug(Protocol):
 
 EXTENDED: Final = 1 << 31
 """Set in the identifier of a CAN frame that has 29 bits of it, not 11 (as in SocketCAN)."""
+
+
+@runtime_checkable
+class Reporting(Protocol):
+    """A link that goes away and comes back by itself."""
+
+    report: Callable[[str], None] | None
+    """Takes a line for the user about that."""
+
+
+@runtime_checkable
+class Moving(Protocol):
+    """A link that may have another address after `plug_in`."""
+
+    kind: str
+    moved: Callable[[str], None] | None
+    """Called with the new address."""
+
 
 SendFrame = Callable[[int, bytes], None]
 """Takes identifier and data bytes of a CAN frame for the client."""

@@ -9,14 +9,23 @@ from __future__ import annotations
 
 import asyncio
 import os
+import socket
+import sys
 from collections.abc import Callable
-from typing import cast
+from typing import Final, cast
 
 from tmcm34x.links import Connect, LinkError, Peer
 
+_MOST_CLIENTS: Final = 4096
+_KEEP_ALIVE: Final = {"TCP_KEEPIDLE": 60, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}
+"""Seconds until the other end is asked whether it is there, between two questions, and how many."""
+
 
 class TcpLink:
-    """A listening socket; port 0 lets the system choose one."""
+    """A listening socket; port 0 lets the system choose one.
+
+    A connection more than the process has file descriptors for is reset at once.
+    """
 
     kind = "tcp"
     latency_ms = 0
@@ -28,6 +37,7 @@ class TcpLink:
         self._clients: set[_Client] = set()
         self._server: asyncio.Server | None = None
         self._unplugged = False
+        self._most = most_clients()
 
     async def open(self, connect: Connect) -> str:
         """Listen; returns `host:port` with the port in use."""
@@ -62,7 +72,7 @@ class TcpLink:
         self._unplugged = False
 
     def _accepts(self) -> bool:
-        return not self._unplugged
+        return not self._unplugged and len(_CLIENTS) < self._most
 
 
 class _Client(asyncio.Protocol):
@@ -80,12 +90,15 @@ class _Client(asyncio.Protocol):
         if not name or not self._accepts():  # a client that reset its connection has no name any more
             self._transport.abort()
             return
+        _keep_alive(self._transport.get_extra_info("socket"))
         self._clients.add(self)
+        _CLIENTS.add(self)
         self._peer = self._connect(f"tcp {_join(*name[:2])}", self._send)
         self.data_received = self._peer.receive  # no frame of ours between the loop and the module
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._clients.discard(self)
+        _CLIENTS.discard(self)
         if self._peer is not None:
             self._peer.disconnect()
 
@@ -102,6 +115,27 @@ class _Client(asyncio.Protocol):
 
     def abort(self) -> None:
         self._transport.abort()
+
+
+_CLIENTS: Final[set[_Client]] = set()
+"""The connections of this process, over all links."""
+
+
+def most_clients() -> int:
+    """How many connections fit: half of the files that the process may open, so that there are some left."""
+    if sys.platform == "win32":
+        return _MOST_CLIENTS
+    from resource import RLIMIT_NOFILE, getrlimit
+
+    return max(1, min(_MOST_CLIENTS, getrlimit(RLIMIT_NOFILE)[0] // 2))
+
+
+def _keep_alive(connection: socket.socket) -> None:
+    """Have connections dropped whose other end has vanished without a word."""
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for name, value in _KEEP_ALIVE.items():
+        if hasattr(socket, name):
+            connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
 
 
 def _join(host: str, port: int) -> str:

@@ -7,7 +7,7 @@ Bytes that make no telegram are shown as they came.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final, Protocol, TextIO
+from typing import Final, Protocol
 
 from tmcm34x import clock
 from tmcm34x.links import EXTENDED
@@ -27,11 +27,23 @@ class Sink(Protocol):
         ...
 
 
+class Stream(Protocol):
+    """A text file, or `Output`."""
+
+    def write(self, line: str, /) -> object:
+        """Take a line."""
+        ...
+
+    def flush(self) -> None:
+        """Keep nothing back."""
+        ...
+
+
 class TelegramLog:
     """Writes what goes over the lines to `stream`, telegram by telegram."""
 
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
+    def __init__(self, stream: Stream) -> None:
+        self.stream = stream
         self._failed = False
         self.lost: Callable[[OSError], None] | None = None
         """Told when the stream takes no more; nothing is written from then on."""
@@ -46,8 +58,8 @@ class TelegramLog:
         dump = data.hex(" ")
         try:
             line = f"{now / clock.HZ:12.6f}  {name:<24} {direction}  {dump:<{_WIDTH}}  {text}\n"
-            self._stream.write(line)
-            self._stream.flush()
+            self.stream.write(line)
+            self.stream.flush()
         except OSError as error:
             self._failed = True
             if self.lost is not None:

@@ -14,13 +14,17 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import os
+import sys
 import termios
 import tty
 from collections.abc import Callable
 from pathlib import Path
 
 from tmcm34x.links import Connect, LinkError, Peer
-from tmcm34x.links.descriptor import Descriptor
+
+assert sys.platform != "win32"
+
+from tmcm34x.links.posix.descriptor import Descriptor  # noqa: E402 - on Windows a checker finds nothing there
 
 _NO_FD = -1
 

@@ -12,11 +12,15 @@ Source: LAWICEL CANUSB manual; fidelity WIRE-7.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
-from typing import Final
+from typing import Final, NamedTuple
 
 from tmcm34x.links import EXTENDED, BusPeer, ConnectBus, Peer, Send
-from tmcm34x.links.pty import PtyLink
+
+assert sys.platform != "win32"
+
+from tmcm34x.links.posix.pty import PtyLink  # noqa: E402 - on Windows a checker finds nothing there
 
 BIT_RATES: Final = (10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)
 """Bits per second by the digit of the command S."""
@@ -25,8 +29,7 @@ LARGEST_IDENTIFIER: Final = 0x7FF
 LARGEST_EXTENDED_IDENTIFIER: Final = (1 << 29) - 1
 
 _OK: Final = ""
-_END: Final = "\r"
-_ERROR: Final = "\a"
+_ERROR: Final = b"\a"
 _MINUTE_MS: Final = 60_000
 
 
@@ -91,10 +94,9 @@ class Adapter:
         self._line = bytearray(rest[: LONGEST_LINE + 1])
         for line in lines:
             try:
-                answer = self._execute(line.decode("ascii")) + _END
+                self._execute(line.decode("ascii"))
             except (_Refused, ValueError):
-                answer = _ERROR
-            self._send(answer.encode("ascii"))
+                self._send(_ERROR)
 
     def disconnect(self) -> None:
         """The host has closed the terminal: the channel closes with it."""
@@ -108,8 +110,21 @@ class Adapter:
             name = f"T{identifier & ~EXTENDED:08X}" if extended else f"t{identifier:03X}"
             self._send(f"{name}{len(data)}{data.hex().upper()}{stamp}\r".encode("ascii"))
 
-    def _execute(self, line: str) -> str:
-        """Do what a line says; returns the answer, CR excluded."""
+    def _execute(self, line: str) -> None:
+        """Do what a line says and answer it; a frame goes out after the answer, as its replies do."""
+        frame = _FRAMES.get(line[:1]) if self._open and not self._listening else None
+        if frame is None:
+            self._answer(self._set(line))
+            return
+        identifier, data = frame.read(line[1:])
+        self._answer(frame.answer)
+        self._bus.receive(identifier, data, self._bit_rate)
+
+    def _answer(self, text: str) -> None:
+        self._send(f"{text}\r".encode("ascii"))
+
+    def _set(self, line: str) -> str:
+        """Do what a line without a frame for the bus says; returns the answer, CR excluded."""
         operand = line[1:]
         match line[:1]:
             case "":
@@ -123,12 +138,6 @@ class Adapter:
             case "C":
                 self._open = False
                 return _OK
-            case "t" if self._open and not self._listening:
-                self._transmit(operand, 3, LARGEST_IDENTIFIER)
-                return "z"
-            case "T" if self._open and not self._listening:
-                self._transmit(operand, 8, LARGEST_EXTENDED_IDENTIFIER, EXTENDED)
-                return "Z"
             case "r" | "R" if self._open and not self._listening:
                 return "Z" if line[0] == "R" else "z"
             case "Z" if not self._open and operand in {"0", "1"}:
@@ -143,14 +152,28 @@ class Adapter:
             case _:
                 raise _Refused
 
-    def _transmit(self, operand: str, digits: int, largest: int, kind: int = 0) -> None:
-        """Send a frame whose identifier is written with so many digits."""
-        identifier, size = int(operand[:digits], 16), int(operand[digits : digits + 1])
-        data = bytes.fromhex(operand[digits + 1 :])
-        if size > 8 or len(data) != size or identifier > largest:
-            raise _Refused
-        self._bus.receive(identifier | kind, data, self._bit_rate)
 
+class _Frame(NamedTuple):
+    """A kind of frame that a host may send: digits of its identifier, largest one, flag, answer."""
+
+    digits: int
+    largest: int
+    flag: int
+    answer: str
+
+    def read(self, operand: str) -> tuple[int, bytes]:
+        """Identifier and data; raises `_Refused` or `ValueError`."""
+        identifier, size = int(operand[: self.digits], 16), int(operand[self.digits : self.digits + 1])
+        data = bytes.fromhex(operand[self.digits + 1 :])
+        if size > 8 or len(data) != size or identifier > self.largest:
+            raise _Refused
+        return identifier | self.flag, data
+
+
+_FRAMES: Final = {
+    "t": _Frame(3, LARGEST_IDENTIFIER, 0, "z"),
+    "T": _Frame(8, LARGEST_EXTENDED_IDENTIFIER, EXTENDED, "Z"),
+}
 
 _IDENTITY: Final = {"V": "V1011", "v": "v0343", "N": "N034X"}
 """Hardware and software version, firmware version, serial number."""

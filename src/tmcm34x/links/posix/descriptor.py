@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import os
+import sys
 import time
 from collections.abc import Callable
 from typing import Final
+
+assert sys.platform != "win32"
 
 READ_SIZE: Final = 4096
 PATIENCE_S: Final = 50e-6
