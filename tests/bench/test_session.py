@@ -5,8 +5,9 @@ import pytest
 from tmcm34x.bench import simple_rig
 from tmcm34x.bench.session.errors import SessionFailedError, SessionSyntaxError
 from tmcm34x.bench.session.language import LONGEST, load, parse
-from tmcm34x.bench.session.runner import make_rig, moves, moving_line, play, playable
+from tmcm34x.bench.session.runner import make_rig, moving_line, play, playable
 from tmcm34x.bench.session.wires import MemoryCan, MemorySerial
+from tmcm34x.host.effects import moves
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
 

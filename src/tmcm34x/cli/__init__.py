@@ -1,7 +1,9 @@
 """The command line: a group of sub-commands, each imported only when it is called.
 
-A sub-command's module exports a click command named `command`.  Exit statuses: 0 done, 1 diagnostics about
-the user's files, 2 wrong usage or something the system refuses, with one line on standard error.
+A sub-command's module exports a click command named `command`, or as the row says.  Exit statuses: 0 done, 1
+diagnostics about the user's files or a result that says no (modules differ, a backup is incomplete), 2 wrong usage or
+something the system refuses, 3 no reply from the module, 4 the module refuses; from 2 on with one line on standard
+error.
 """
 
 from __future__ import annotations
@@ -23,6 +25,8 @@ class SubCommand(NamedTuple):
     name: str
     module: str
     help: str
+    attribute: str = "command"
+    """Of the module: the click command."""
 
 
 SUB_COMMANDS: Final = (
@@ -34,6 +38,27 @@ SUB_COMMANDS: Final = (
     SubCommand("dis", "tmcm34x.cli.dis", "Turn a program image back into source."),
     SubCommand("fmt", "tmcm34x.cli.fmt", "Lay TMCL source out in columns."),
     SubCommand("lint", "tmcm34x.cli.lint", "Point out likely mistakes in TMCL programs."),
+    SubCommand("scan", "tmcm34x.cli.host.scan", "Find modules on serial ports, sockets and CAN."),
+    SubCommand("send", "tmcm34x.cli.host.send", "Send commands to a module and show the replies."),
+    SubCommand("console", "tmcm34x.cli.host.console", "Talk to a module, with completion and help."),
+    SubCommand("status", "tmcm34x.cli.host.control", "Show what a module is doing.", "status"),
+    SubCommand("why", "tmcm34x.cli.host.why", "Tell why a motor does not turn."),
+    SubCommand("monitor", "tmcm34x.cli.host.monitor", "Watch a module: a live table, a plot, CSV."),
+    SubCommand(
+        "download", "tmcm34x.cli.host.memory", "Store a program in a module and verify it.", "download"
+    ),
+    SubCommand("upload", "tmcm34x.cli.host.memory", "Read the program out of a module.", "upload"),
+    SubCommand("start", "tmcm34x.cli.host.control", "Start the program of a module.", "start"),
+    SubCommand("stop", "tmcm34x.cli.host.control", "Stop the program of a module, or all motors.", "stop"),
+    SubCommand("step", "tmcm34x.cli.host.control", "Execute one command of the program of a module.", "step"),
+    SubCommand("reset", "tmcm34x.cli.host.control", "Stop the program and go back to its start.", "reset"),
+    SubCommand("settings", "tmcm34x.cli.host.settings", "Save, load, compare and store settings."),
+    SubCommand("backup", "tmcm34x.cli.host.backup", "Save a whole module in one text file.", "backup"),
+    SubCommand("restore", "tmcm34x.cli.host.backup", "Bring a backup back into a module.", "restore"),
+    SubCommand("clone", "tmcm34x.cli.host.backup", "Make one module equal to another.", "clone"),
+    SubCommand("compare", "tmcm34x.cli.host.backup", "Compare two modules or backups.", "compare"),
+    SubCommand("factory-reset", "tmcm34x.cli.host.control", "Restore the factory settings.", "factory_reset"),
+    SubCommand("units", "tmcm34x.cli.host.units", "Convert speeds, accelerations and distances."),
     SubCommand("lsp", "tmcm34x.cli.lsp", "Serve the language server for editors."),
     SubCommand("dap", "tmcm34x.cli.dap", "Serve the debug adapter for editors."),
 )
@@ -71,7 +96,7 @@ class _Group(click.Group):
         row = _BY_NAME.get(cmd_name)
         if row is None:
             return None
-        command = import_module(row.module).command
+        command = getattr(import_module(row.module), row.attribute)
         assert isinstance(command, click.Command)
         return command
 
@@ -106,17 +131,22 @@ def group(verbose: bool) -> None:
 
 def main() -> None:
     """Entry point of the command `tmcm34x`."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: list[str]) -> int:
+    """Do what the arguments say; returns the exit status."""
     try:
-        status = group.main(prog_name="tmcm34x", standalone_mode=False)
+        status = group.main(arguments, prog_name="tmcm34x", standalone_mode=False)
     except click.ClickException as error:
-        sys.exit(_complain(error))
+        return _complain(error)
     except (click.Abort, KeyboardInterrupt):
-        sys.exit(130)
+        return 130
     except BrokenPipeError:
         # Whoever read our output has enough; Python must not find that out again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(1)
-    sys.exit(status if isinstance(status, int) else 0)
+        return 1
+    return status if isinstance(status, int) else 0
 
 
 def _complain(error: click.ClickException) -> int:

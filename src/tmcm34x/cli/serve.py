@@ -126,7 +126,7 @@ def command(context: click.Context, **options: Any) -> int:
     Prints one line for each link when it can be used, such as `ready pty /dev/pts/5`, and serves until it is
     interrupted.  Without a link, opens a pseudo terminal.
     """
-    program = None if options["program"] is None else _read_program(options["program"])
+    program = None if options["program"] is None else _program(options["program"])
     with contextlib.ExitStack() as stack:
         stack.callback(_ERRORS.close)
         stack.callback(_OUTPUT.close)
@@ -226,17 +226,10 @@ def _load_bench(context: click.Context, options: dict[str, Any], eeproms: list[E
     return load(options["bench"], eeproms)
 
 
-def _read_program(path: Path) -> tuple[Instruction, ...]:
-    """The program in a source file or an image."""
-    from tmcm34x.cli.source_files import assemble_file, is_hex, print_diagnostics, read_image
+def _program(path: Path) -> tuple[Instruction, ...]:
+    from tmcm34x.cli.source_files import read_program
 
-    if path.suffix.lower() == ".bin" or is_hex(path):
-        return read_image(path)
-    assembly = assemble_file(path)
-    if not assembly.ok:
-        print_diagnostics(assembly.diagnostics, assembly.sources)
-        raise click.exceptions.Exit(1)
-    return assembly.program
+    return read_program(path)
 
 
 def _open_log(path: str | None, stack: contextlib.ExitStack) -> TelegramLog | None:

@@ -176,6 +176,19 @@ def assemble_file(path: Path, include_path: Sequence[Path] = (), *, append_stop:
     return assemble(read_source(path)[0], _short(path), include_reader(include_path), append_stop=append_stop)
 
 
+def read_program(
+    path: Path, include_path: Sequence[Path] = (), *, append_stop: bool = True
+) -> tuple[Instruction, ...]:
+    """The program in a source file or an image; mistakes are printed and end the command with status 1."""
+    if path.suffix.lower() == ".bin" or is_hex(path):
+        return read_image(path)
+    assembly = assemble_file(path, include_path, append_stop=append_stop)
+    if not assembly.ok:
+        print_diagnostics(assembly.diagnostics, assembly.sources)
+        raise click.exceptions.Exit(1)
+    return assembly.program
+
+
 def print_diagnostics(diagnostics: Iterable[Diagnostic], sources: Mapping[str, Sequence[str]]) -> None:
     """Diagnostics with their source lines on standard error."""
     click.echo(render_all(diagnostics, sources), err=True, nl=False)

@@ -107,6 +107,11 @@ class Connection:
         with self._lock:
             self._write(pack_request(self.address, instruction))
 
+    def forget(self) -> None:
+        """Expect no more replies to earlier commands, as when another module is asked."""
+        with self._lock:
+            self._conversation.forget()
+
     def wait(self, seconds: float) -> None:
         """Let time pass; events that come meanwhile are kept."""
         with self._lock:

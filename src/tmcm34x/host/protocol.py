@@ -156,6 +156,10 @@ class Conversation:
         """Whether nothing is left of earlier commands: no reply is owed."""
         return not self._owed
 
+    def forget(self) -> None:
+        """Expect no more replies to earlier commands."""
+        self._owed.clear()
+
     def begin(
         self, instruction: Instruction, address: int, waiting: bytes = b"", retries: int | None = None
     ) -> bytes:

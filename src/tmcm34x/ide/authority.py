@@ -18,8 +18,8 @@ from dataclasses import dataclass, field
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
+from tmcm34x.host.effects import ALL_MOTORS, commands, consequence, moves
 from tmcm34x.ide import wire
-from tmcm34x.ide.effects import ALL_MOTORS, commands, consequence, moves
 from tmcm34x.ide.exchange import QUIT_DOWNLOAD, RUN_PROGRAM, STEP_PROGRAM, STOP_PROGRAM
 from tmcm34x.ide.sequences import Trouble
 from tmcm34x.ide.stopping import AXIS_BANK, RETRY_S, Stopping, stop_command

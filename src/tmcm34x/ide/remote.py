@@ -20,9 +20,9 @@ from tmcm34x.board.models import MODELS
 from tmcm34x.debug.sessions.base import Listener
 from tmcm34x.debug.sessions.remote import RemoteSession
 from tmcm34x.host.connection import Connection
+from tmcm34x.host.effects import moves
 from tmcm34x.host.exceptions import GarbledReplyError, LinkError, ReplyError
 from tmcm34x.ide import wire
-from tmcm34x.ide.effects import moves
 from tmcm34x.ide.exchange import FACTORY_RESET, VERSION, answered, unanswered
 from tmcm34x.ide.state import State, bits, empty, put
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from tmcm34x.bench.rig import BenchError, simple_rig
 from tmcm34x.bench.session.actions import Happen, Send, SendBytes
 from tmcm34x.bench.session.errors import SessionError, SessionSyntaxError
 from tmcm34x.bench.session.player import Player, Step, Wire
 from tmcm34x.bench.session.wires import open_wire
-from tmcm34x.tmcl.commands import BY_MNEMONIC, RFS_TYPES
-from tmcm34x.tmcl.datagram import ChecksumError, Instruction, unpack_request
+from tmcm34x.host.effects import moves
+from tmcm34x.tmcl.datagram import ChecksumError, unpack_request
 
 if TYPE_CHECKING:
     from tmcm34x.bench.rig import Rig
@@ -92,31 +92,16 @@ def run(
 
 # Real
 
-_MOVING: Final = frozenset(BY_MNEMONIC[name].number for name in ("ROR", "ROL", "MVP")) | {129, 130}
-_SETTING: Final = frozenset(BY_MNEMONIC[name].number for name in ("SAP", "AAP", "RSAP"))
-_MOVING_PARAMETERS: Final = frozenset({0, 1, 2})
-"""Target position, actual position, target speed: setting one may start a motion."""
-_RFS: Final = BY_MNEMONIC["RFS"].number
-_RFS_START: Final = dict(RFS_TYPES)["START"]
-
-
-def moves(instruction: Instruction) -> bool:
-    """Whether a command may move a motor."""
-    number, type_, _, _ = instruction
-    if number == _RFS:
-        return type_ == _RFS_START
-    return number in _MOVING or (number in _SETTING and type_ in _MOVING_PARAMETERS)
-
 
 def may_move(step: Step) -> bool:
     """Whether a line may move a motor; of bytes that are no telegram that is not known."""
     action = step.action
     if isinstance(action, SendBytes):
         try:
-            return moves(unpack_request(action.data)[1])
+            return bool(moves(unpack_request(action.data)[1]))
         except (ValueError, ChecksumError):
             return True
-    return isinstance(action, Send) and moves(action.instruction)
+    return isinstance(action, Send) and bool(moves(action.instruction))
 
 
 def moving_line(case: Case, model: int) -> Step | None:

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from typing import Final
 
-from tmcm34x.ide.exchange import (
+from tmcm34x.host.items import ALL_MOTORS as STORED_COORDINATES
+from tmcm34x.host.steps import (
     ASCII_MODE,
     FACTORY_RESET,
-    RESET_PROGRAM,
-    RUN_PROGRAM,
+    RESET,
+    RUN,
     START_DOWNLOAD,
-    STEP_PROGRAM,
-    STOP_PROGRAM,
+    STEP,
+    STOP,
 )
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS
@@ -30,7 +31,7 @@ _MVP: Final = _NUMBERS["MVP"]
 _COORD: Final = 2
 _RFS: Final = _NUMBERS["RFS"]
 _RFS_START: Final = 0
-_WRITE_AXIS: Final = {_NUMBERS[name] for name in ("SAP", "AAP")}
+_WRITE_AXIS: Final = {_NUMBERS[name] for name in ("SAP", "AAP", "RSAP")}
 _WRITE_GLOBAL: Final = {_NUMBERS[name] for name in ("SGP", "AGP")}
 _MANY: Final = 0x80
 """Bit of the motor field of MVP COORD: the other bits are motors."""
@@ -39,16 +40,16 @@ _MOVING: Final = {
     for key in ("target_position", "actual_position", "target_speed", "actual_speed", "ramp_mode")
 }
 """Axis parameters that start a motor when they are written."""
-_PROGRAM: Final = {RUN_PROGRAM, STEP_PROGRAM}
+_PROGRAM: Final = {RUN, STEP}
 
 _LAST_CHIP_PARAMETER: Final = 38
 _BY_NUMBER: Final = {0: {row.number: row for row in GLOBAL_BY_KEY.values() if row.bank == 0}}
 _CONSEQUENCES: Final = {
     "eeprom_magic": "with any value but 228 the module has its factory settings again after the next power-on",
-    "code_protection": "giving up the protection against reading erases the program; while it is protected nobody can "
-    "read it out",
-    "baud_rate": "from the next command on the module speaks at the new rate, and the IDE follows it",
-    "serial_address": "from the next command on the module has the new address, and the IDE follows it",
+    "code_protection": "giving up the protection against reading erases the program; while it is protected it "
+    "cannot be read",
+    "baud_rate": "from the next command on the module speaks at the new rate, and a host must follow it",
+    "serial_address": "from the next command on the module has the new address, and a host must follow it",
     "host_address": "replies go to another address: other hosts may no longer see them",
     "can_bit_rate": "hosts on CAN at the old bit rate no longer reach the module",
     "can_reply_id": "hosts on CAN look for replies under the old identifier",
@@ -79,9 +80,28 @@ def commands(instruction: Instruction) -> frozenset[int]:
     """Motors whose motion a command decides on: those that it starts, stops or takes a search away from."""
     if instruction.number in {_NUMBERS["MST"], _RFS}:
         return frozenset({instruction.motor})
-    if instruction.number in {STOP_PROGRAM, RESET_PROGRAM}:
+    if instruction.number in {STOP, RESET}:
         return frozenset()
     return moves(instruction)
+
+
+def stores(instruction: Instruction) -> bool:
+    """Whether a command writes the EEPROM."""
+    number, type_, motor, _ = instruction
+    if number in _WRITE_GLOBAL:
+        row = _BY_NUMBER[0].get(type_) if motor == 0 else None
+        return row is not None and row.stored
+    storing = {_NUMBERS["STAP"], _NUMBERS["STGP"], START_DOWNLOAD}
+    return number in storing or (number == _NUMBERS["SCO"] and motor == STORED_COORDINATES)
+
+
+def warning(instruction: Instruction) -> str:
+    """What the user should know before a command goes to a real module; empty where it is harmless."""
+    return (
+        consequence(instruction)
+        or ("may move a motor" if moves(instruction) else "")
+        or ("writes the EEPROM" if stores(instruction) else "")
+    )
 
 
 def consequence(instruction: Instruction) -> str:

@@ -1,0 +1,1 @@
+"""Commands that talk to a module: each is a few lines over `tmcm34x.host`."""

@@ -1,0 +1,113 @@
+"""`tmcm34x download` and `upload`: the program memory of a module."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from tmcm34x.cli.host.common import (
+    FILE,
+    confirm,
+    opened,
+    port_option,
+    progress,
+    show_retries,
+    yes_option,
+)
+from tmcm34x.cli.source_files import append_stop_option, include_option, is_hex, read_program, write
+
+if TYPE_CHECKING:
+    from tmcm34x.host.connection import Connection
+
+
+@click.command()
+@click.argument("file", type=FILE)
+@click.option("--run", is_flag=True, help="Start the program afterwards.")
+@click.option("--no-verify", is_flag=True, help="Do not read the program back.")
+@include_option
+@append_stop_option
+@port_option
+@yes_option
+def download(
+    *,
+    file: Path,
+    run: bool,
+    no_verify: bool,
+    include_path: tuple[Path, ...],
+    append_stop: bool,
+    url: str | None,
+    yes: bool,
+) -> int:
+    """Store the program FILE, source or image (.bin, .hex), in the module, and read it back.
+
+    It may be interrupted: the module leaves download mode.
+    """
+    from tmcm34x.host import program
+
+    instructions = read_program(file, include_path, append_stop=append_stop)
+    with opened(url) as connection:
+        confirm(connection, _what(connection, len(instructions), run), yes)
+        with progress("downloading") as show:
+            connection.run(
+                program.download(
+                    instructions,
+                    verify=not no_verify,
+                    progress=show,
+                    tell=lambda line: click.echo(line, err=True),
+                )
+            )
+        click.echo(f"{len(instructions)} instructions stored{'' if no_verify else ' and verified'}")
+        show_retries(connection)
+        if run:
+            connection.run(program.restart())
+            click.echo("program started")
+    return 0
+
+
+def _what(connection: Connection, size: int, run: bool) -> str:
+    """What a download does, with the program that is running now."""
+    from tmcm34x.host import program
+    from tmcm34x.host.exceptions import DownloadModeError
+
+    try:
+        running = connection.run(program.state()).status == 1
+    except DownloadModeError:
+        running = False
+    return (
+        ("the running program is stopped; " if running else "")
+        + f"the program memory is overwritten with {size} instructions"
+        + (", and the program is started, which may move motors" if run else "")
+    )
+
+
+@click.command()
+@click.option(
+    "-o", "--output", type=FILE, metavar="FILE", help="Where to: source as .tmc, an image as .bin or .hex; by "
+    "default source on standard output.",
+)  # fmt: skip
+@click.option("--plain", is_flag=True, help="Leave out the comments that name parameters.")
+@port_option
+def upload(output: Path | None, plain: bool, url: str | None) -> int:
+    """Read the program out of the module, up to its end mark."""
+    from tmcm34x.host import program
+    from tmcm34x.toolchain.disassembler import disassemble
+    from tmcm34x.toolchain.formatter import format_source
+    from tmcm34x.toolchain.image import pack_binary, pack_hex
+
+    with opened(url) as connection:
+        with progress("uploading") as show:
+            instructions = connection.run(program.upload(progress=show))
+        show_retries(connection)
+    source = format_source(disassemble(instructions, explain=not plain)) if instructions else ""
+    if output is None:
+        click.echo(source, nl=False)
+    elif is_hex(output):
+        write(output, pack_hex(instructions).encode())
+    elif output.suffix.lower() == ".bin":
+        write(output, pack_binary(instructions))
+    else:
+        write(output, source.encode())
+    click.echo(f"{len(instructions)} instructions", err=True)
+    return 0

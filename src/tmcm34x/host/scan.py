@@ -1,0 +1,170 @@
+"""Finding modules: ports, bit rates, addresses; also one whose rate or address is forgotten.
+
+Every request is 136 type 1, which changes nothing in any module, and has a reply also in download mode.
+
+Source: manual 6.1, 6.7.36, 8.1 (65, 66, 69, 71).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator, Sequence
+from typing import Final, NamedTuple
+
+from tmcm34x.host.connection import Connection
+from tmcm34x.host.exceptions import LinkError, ReplyError
+from tmcm34x.host.line import open_line
+from tmcm34x.host.program import silent
+from tmcm34x.host.steps import VERSION
+from tmcm34x.host.url import Url, parse_url
+from tmcm34x.tmcl.datagram import SIZE, Instruction
+from tmcm34x.tmcl.global_parameters import BAUD_RATES, CAN_BIT_RATES
+
+ADDRESSES: Final = range(1, 256)
+LIKELY_BAUDS: Final = (9600, 115200, 57600, 38400, 19200)
+"""Tried first; then the others that a module may have."""
+LIKELY_ADDRESSES: Final = 16
+_IDENTIFY: Final = Instruction(VERSION, 1)
+_BITS: Final = 10
+LATENCY_S: Final = 0.03
+"""What adapters and computers add to the time that two telegrams take on the wire; the longest reply pause besides."""
+
+
+class Found(NamedTuple):
+    """A module that replied."""
+
+    url: str
+    model: int
+    version: str
+    address: int
+
+
+class Try(NamedTuple):
+    """One place to look at: a line with bit rate, and an address or identifier."""
+
+    url: Url
+    address: int
+
+
+Progress = Callable[[int, int, str], None]
+"""Takes how many of how many places are done, and the present one."""
+
+
+def serial_ports() -> list[str]:
+    """The serial ports of this computer."""
+    from serial.tools.list_ports import comports
+
+    return sorted(port.device for port in comports())
+
+
+def plan(
+    ports: Sequence[str], *, addresses: Sequence[int] = ADDRESSES, bauds: Sequence[int] = ()
+) -> list[Try]:
+    """Where to look, the likely places first."""
+    return [attempt for port in ports for attempt in _attempts(parse_url(port), addresses, bauds)]
+
+
+def _attempts(url: Url, addresses: Sequence[int], bauds: Sequence[int]) -> Iterator[Try]:
+    if url.scheme in {"can", "slcan"}:
+        rates = (
+            [url.can.bitrate] if "bitrate" in url.options else sorted(CAN_BIT_RATES.values(), reverse=True)
+        )
+        for rate in rates:
+            yield from (Try(url.replaced(id=n, bitrate=rate), n & 0xFF) for n in addresses)
+        return
+    if url.scheme != "serial":
+        yield from (Try(url.replaced(address=n), n) for n in addresses)
+        return
+    rates = [url.baud] if "baud" in url.options else list(bauds or _all_bauds())
+    near, far = addresses[:LIKELY_ADDRESSES], addresses[LIKELY_ADDRESSES:]
+    for part in (near, far):
+        for rate in rates:
+            yield from (Try(url.replaced(baud=rate, address=n), n) for n in part)
+
+
+def _all_bauds() -> list[int]:
+    return [*LIKELY_BAUDS, *(rate for rate in BAUD_RATES if rate not in LIKELY_BAUDS)]
+
+
+def scan(
+    attempts: Sequence[Try],
+    progress: Progress = silent,
+    failed: Callable[[str], None] = silent,
+    pause_s: float = LATENCY_S,
+) -> Generator[Found]:
+    """Look everywhere in order; `failed` takes a line for each port that cannot be opened."""
+    lines = _Lines(pause_s)
+    try:
+        for done, attempt in enumerate(attempts):
+            port = attempt.url.target
+            progress(done, len(attempts), f"{port} address {attempt.address}")
+            try:
+                found = lines.ask(attempt)
+            except LinkError as error:
+                lines.give_up(port)
+                failed(str(error))
+                continue
+            if found is not None:
+                yield found
+    finally:
+        lines.close()
+    progress(len(attempts), len(attempts), "")
+
+
+class _Lines:
+    """The line that is open now, opened anew only where the next attempt needs another."""
+
+    def __init__(self, pause_s: float) -> None:
+        self._pause_s = pause_s
+        self._connection: Connection | None = None
+        self._opened = ""
+        self._dead: set[str] = set()
+
+    def ask(self, attempt: Try) -> Found | None:
+        """Whether a module replies there.  Raises `LinkError`."""
+        if attempt.url.target in self._dead:
+            return None
+        if self._connection is None or self._opened != _line_of(attempt.url):
+            self.close()
+            self._connection = _open(attempt, self._pause_s)
+            self._opened = _line_of(attempt.url)
+        return _ask(self._connection, attempt)
+
+    def give_up(self, port: str) -> None:
+        """Try a port no more."""
+        self._dead.add(port)
+        self.close()
+
+    def close(self) -> None:
+        """Close what is open."""
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+
+
+def _line_of(url: Url) -> str:
+    """What has to be opened anew for the next attempt: everything but the address on a serial line."""
+    options = {name: value for name, value in url.options.items() if name != "address"}
+    return f"{url.scheme}:{url.target}?{sorted(options.items())}"
+
+
+def _open(attempt: Try, pause_s: float) -> Connection:
+    url = attempt.url
+    wire_s = 2 * SIZE * _BITS / url.baud if url.scheme in {"serial", "virtual"} else 0.0
+    return Connection(open_line(url), address=attempt.address, timeout_s=wire_s + pause_s, retries=0)
+
+
+def _ask(connection: Connection, attempt: Try) -> Found | None:
+    connection.address = attempt.address
+    connection.forget()
+    try:
+        answer = connection.ask(_IDENTIFY)
+    except ReplyError:
+        return None
+    model = answer.value >> 16
+    version = f"V{answer.value >> 8 & 0xFF}.{answer.value & 0xFF}"
+    return Found(_name(attempt), model, version, attempt.address)
+
+
+def _name(attempt: Try) -> str:
+    options = "&".join(f"{name}={value}" for name, value in attempt.url.options.items())
+    return f"{attempt.url.scheme}:{attempt.url.target}?{options}"
