@@ -1,6 +1,7 @@
 """Finding the reply: what lines do to telegrams."""
 
 import socket
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from hypothesis import given, settings
@@ -325,3 +326,22 @@ def test_a_peer_that_hangs_up_is_noticed():
         server.accept()[0].close()
         with pytest.raises(LinkError, match=r"hung up|reset"):
             connection.command(6, 1)
+
+
+def test_what_is_urgent_goes_out_while_another_thread_waits():
+    server = socket.create_server(("127.0.0.1", 0))
+    url = f"tcp:127.0.0.1:{server.getsockname()[1]}"
+    with server, Connection.open(url, retries=0, timeout=10) as connection, ThreadPoolExecutor(1) as pool:
+        peer, _ = server.accept()
+        with peer:
+            waiting = pool.submit(connection.command, 6, 1)
+            assert unpack_request(peer.recv(9, socket.MSG_WAITALL))[1] == GAP
+            connection.urgent([Instruction(128), Instruction(3, 0, 2)])
+            urgent = peer.recv(18, socket.MSG_WAITALL)
+            assert (urgent[1], urgent[10], urgent[12]) == (128, 3, 2)
+            peer.sendall(reply(77) + reply(0, command=128) + reply(0, command=3))
+            assert waiting.result() == 77
+            waiting = pool.submit(connection.command, 6, 4)
+            peer.recv(9, socket.MSG_WAITALL)
+            peer.sendall(reply(5))
+            assert waiting.result() == 5

@@ -6,7 +6,7 @@ The logic is `protocol`'s; here are only the line, time-outs, and a lock.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from threading import RLock
 from typing import Final, Self, TypeVar
 
@@ -105,6 +105,15 @@ class Connection:
     def send(self, instruction: Instruction) -> None:
         """Send a command that is never answered, such as 137."""
         with self._lock:
+            self._write(pack_request(self.address, instruction))
+
+    def urgent(self, instructions: Sequence[Instruction]) -> None:
+        """Send commands at once, from any thread, also while another one waits for a reply; such as STOP and MST.
+
+        Their replies are not waited for, and are not taken for those of later commands.
+        """
+        for instruction in instructions:
+            self._conversation.expect(instruction)
             self._write(pack_request(self.address, instruction))
 
     def forget(self) -> None:

@@ -156,6 +156,11 @@ class Conversation:
         """Whether nothing is left of earlier commands: no reply is owed."""
         return not self._owed
 
+    def expect(self, instruction: Instruction) -> None:
+        """A command was sent beside this conversation: its reply comes some time."""
+        self.counts.sent += 1
+        self._owed.append(_Sent(object(), instruction.number))
+
     def forget(self) -> None:
         """Expect no more replies to earlier commands."""
         self._owed.clear()

@@ -182,8 +182,7 @@ class Remote:
             return
         self._link = "IDE"
         with contextlib.suppress(LinkError):
-            for instruction in instructions:
-                connection.send(instruction)
+            connection.urgent(instructions)
 
     def _exchange(self, instruction: Instruction, link: str, urgencies: int | None = None) -> wire.Exchange:
         sent = pack_request(self._address, instruction)
