@@ -288,6 +288,12 @@ def test_events_are_kept_wherever_they_come():
     assert [event.value for event in connection.events] == [1, 1]
 
 
+def test_an_event_right_behind_the_reply_is_kept():
+    connection = Connection(Line(reply(1, command=138) + EVENT))
+    connection.command(138, 0, 0, 1)
+    assert len(connection.events) == 1
+
+
 def test_the_version_string_has_its_own_form():
     assert Connection(Line([b"\x00\x02343V4.36"])).version() == "343V4.36"
 

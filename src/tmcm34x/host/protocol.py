@@ -220,6 +220,8 @@ class Conversation:
         while self._start + SIZE <= len(self._buffer):
             window = bytes(self._buffer[self._start : self._start + SIZE])
             found = self._take(window)
+            if isinstance(found, Answer):
+                self.hear(bytes(self._buffer[self._start :]))  # an event may follow at once
             if found is not None:
                 return found
         return None
