@@ -47,13 +47,7 @@ class RampAxis(Law):
 
     def position(self, n: int) -> int:
         """X_ACTUAL after tick n, like `at`."""
-        return (
-            self.seen.x
-            if n == self.seen.n
-            else self._part(n).position(n)
-            if n > self.begin.n
-            else self.begin.x
-        )
+        return self.at(n).x
 
     def next_mark(self, n: int, up: list[int], down: list[int]) -> int:
         """The first tick after n that something could wait for, or `LAST`.

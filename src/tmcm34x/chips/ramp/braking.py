@@ -70,10 +70,6 @@ class Braking(Part):
         """The number of steps from the start to tick n; less than half a turn of the counter."""
         return self.direction * (self.at(n).x - self.start.x) % TURN
 
-    def position(self, n: int) -> int:
-        """X_ACTUAL after a tick of the part."""
-        return self.at(n).x
-
     def when(self, steps: int) -> int:
         """The tick of a step within the part, the first being 1."""
         left = _ahead(self._checkpoints[0]) - steps << 11

@@ -92,11 +92,6 @@ class Coast(Part):
         shift = self.law.pulse_div
         return start.acc + (self.speed >> 8) * ((n >> shift) - (start.n >> shift)) >> 11
 
-    def position(self, n: int) -> int:
-        """X_ACTUAL after a tick of the part."""
-        start = self.start
-        return signed24(start.x + self.direction * self.moved(n)) if self.speed >= 256 else start.x
-
     def when(self, steps: int) -> int:
         """The tick of a step within the part, the first being 1."""
         start = self.start
@@ -163,10 +158,6 @@ class Change(Part):
     def moved(self, n: int) -> int:
         """The number of steps from the start to tick n."""
         return self._weight(n) >> 11
-
-    def position(self, n: int) -> int:
-        """X_ACTUAL after a tick of the part."""
-        return signed24(self.start.x + self.direction * self.moved(n))
 
     def when(self, steps: int) -> int:
         """The tick of a step within the part, the first being 1."""

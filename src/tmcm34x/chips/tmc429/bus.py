@@ -1,4 +1,4 @@
-"""The 32-bit datagram: status byte, registers of the motors, common registers, RAM.
+"""What datagrams read and write: status byte, registers of the motors, common registers, RAM.
 
 Source: TMC429 datasheet 6, 7 and 8.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from tmcm34x.chips import registers
 from tmcm34x.chips.ramp import LAST, SOFT, RampAxis, RampState, v_actual
-from tmcm34x.chips.registers import BY_INDEX, COMMON, DATA, MOTOR, Register, sign_extended
+from tmcm34x.chips.registers import DATA, Register, sign_extended
 from tmcm34x.chips.tmc429 import chain, interrupts, switches
 from tmcm34x.chips.tmc429.core import (
     A_ACTUAL,
@@ -25,33 +25,7 @@ from tmcm34x.chips.tmc429.core import (
 from tmcm34x.clock import NEVER
 
 
-def transfer(core: Core, datagram: int) -> int:
-    """One SPI transfer at `now`: executes 32 bits, answers the status byte and 24 bits read.
-
-    The status is the one before a write takes effect.
-
-    Source: datasheet 6.2.
-    """
-    if core.asleep != NEVER:
-        _wake(core)
-    reply = _status(core) << 24
-    area, index, data = datagram >> 29 & 3, datagram >> 25 & 15, datagram & DATA
-    reading = datagram & registers.READ
-    if datagram & registers.RAM:
-        return reply | _ram(core, datagram >> 25 & 63, data, reading=bool(reading))
-    if reading:
-        return reply | (_read_common(core, index) if area == COMMON else _read_motor(core, area, index))
-    row = BY_INDEX.get((COMMON if area == COMMON else MOTOR, index))
-    if row is None or core.part not in row.parts:
-        return reply
-    if area == COMMON:
-        _write_common(core, row, data)
-    else:
-        _write_motor(core, area, row, data)
-    return reply
-
-
-def _ram(core: Core, address: int, data: int, *, reading: bool) -> int:
+def ram(core: Core, address: int, data: int, *, reading: bool) -> int:
     """Read or write two cells; returns what is read."""
     if reading:
         return core.ram[2 * address + 1] << 8 | core.ram[2 * address]
@@ -60,14 +34,8 @@ def _ram(core: Core, address: int, data: int, *, reading: bool) -> int:
     return 0
 
 
-def read_status(core: Core) -> int:
-    """A transfer of one byte only: the status byte."""
-    if core.asleep != NEVER:
-        _wake(core)
-    return _status(core)
-
-
-def _status(core: Core) -> int:
+def status(core: Core) -> int:
+    """The status byte now."""
     status = (core.equal if core.equal >= 0 else _targets(core)) | core.switches & 0b101010
     first, second, third = core.words
     if (first[INTERRUPTS] | second[INTERRUPTS] | third[INTERRUPTS]) & 255 or core.common[POS_COMP_INT] & 1:
@@ -90,7 +58,7 @@ def _targets(core: Core) -> int:
     return bits
 
 
-def _wake(core: Core) -> None:
+def wake(core: Core) -> None:
     """The falling edge of nSCS_C ends the power-down mode."""
     slept = core.now - core.asleep
     core.asleep = NEVER
@@ -104,7 +72,8 @@ def _wake(core: Core) -> None:
 # Registers of a motor
 
 
-def _read_motor(core: Core, motor: int, index: int) -> int:
+def read_motor(core: Core, motor: int, index: int) -> int:
+    """The 24 bits of a register of a motor."""
     axis = core.axes[motor]
     if index == X_ACTUAL:
         return axis.position(core.tick()) & DATA
@@ -119,7 +88,8 @@ def _read_motor(core: Core, motor: int, index: int) -> int:
     return core.words[motor][index]
 
 
-def _write_motor(core: Core, motor: int, row: Register, data: int) -> None:
+def write_motor(core: Core, motor: int, row: Register, data: int) -> None:
+    """Write 24 bits to a register of a motor."""
     words, axis = core.words[motor], core.axes[motor]
     match row.name:
         case "INTERRUPTS":
@@ -174,7 +144,8 @@ def _take(core: Core, motor: int, name: str, data: int, state: RampState) -> Ram
 # Common registers
 
 
-def _read_common(core: Core, index: int) -> int:
+def read_common(core: Core, index: int) -> int:
+    """The 24 bits of a common register."""
     if index == INDEX["SWITCHES"]:
         return core.switches
     word = core.common[index]
@@ -185,7 +156,8 @@ def _read_common(core: Core, index: int) -> int:
     return FIELD["CW"].put(field.put(word, field.get(word) + 1), waiting)
 
 
-def _write_common(core: Core, row: Register, data: int) -> None:
+def write_common(core: Core, row: Register, data: int) -> None:
+    """Write 24 bits to a common register."""
     name, index = row.name, row.index
     compared = interrupts.compared(core)
     match name:

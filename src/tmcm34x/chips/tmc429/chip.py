@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from tmcm34x.chips.ramp import TURN, v_actual
+from tmcm34x.chips.registers import BY_INDEX, COMMON, DATA, MOTOR, RAM, READ
 from tmcm34x.chips.tmc429 import bus, chain, interrupts, switches
 from tmcm34x.chips.tmc429.chain import Coils
 from tmcm34x.chips.tmc429.core import (
@@ -167,11 +168,30 @@ class Tmc429(Core):
 
         Source: datasheet 6.2.
         """
-        return bus.transfer(self, datagram)
+        if self.asleep != NEVER:
+            bus.wake(self)
+        area, index, data = datagram >> 29 & 3, datagram >> 25 & 15, datagram & DATA
+        reading = datagram & READ
+        reply = bus.status(self) << 24
+        if datagram & RAM:
+            return reply | bus.ram(self, datagram >> 25 & 63, data, reading=bool(reading))
+        if reading:
+            read = bus.read_common(self, index) if area == COMMON else bus.read_motor(self, area, index)
+            return reply | read
+        row = BY_INDEX.get((COMMON if area == COMMON else MOTOR, index))
+        if row is None or self.part not in row.parts:
+            return reply
+        if area == COMMON:
+            bus.write_common(self, row, data)
+        else:
+            bus.write_motor(self, area, row, data)
+        return reply
 
     def read_status(self) -> int:
         """A transfer of one byte only: the status byte."""
-        return bus.read_status(self)
+        if self.asleep != NEVER:
+            bus.wake(self)
+        return bus.status(self)
 
     # ---- the pins
 
