@@ -5,7 +5,7 @@ Analogue inputs, encoders and driver status words are computed when the module a
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -67,14 +67,19 @@ class World:
     def _attach(self, number: int) -> None:
         if number != SHUTDOWN:
             board, source = self.module.board, self._source(number)
+            board.attach_analog(number, *self._wires(number))
             if isinstance(source, Constant):
-                board.attach_analog(number, None)
                 board.set_analog(number, source.value)
-            elif isinstance(source, Wire):
-                board.attach_analog(number, partial(self.level, number))
-            else:
-                board.attach_analog(number, partial(self.level, number), partial(self._next_edge, number))
         self.dirty = True
+
+    def _wires(self, number: int) -> tuple[Callable[[], int] | None, Callable[[], int] | None]:
+        """What the board asks for the level of an input and for its next edge; None where that is not asked."""
+        source = self._source(number)
+        if isinstance(source, Constant):
+            return None, None
+        if isinstance(source, Wire):
+            return partial(self.level, number), None
+        return partial(self.level, number), partial(self._next_edge, number)
 
     def _next_edge(self, number: int) -> int:
         return self._source(number).next_edge(self.module.now)
@@ -151,10 +156,10 @@ class World:
     def load(self, value: Any) -> None:
         """Become a world that was saved; SPI devices that cannot be saved stay as they are."""
         (dirty, due, held), mounts, encoders, devices = value
-        for number in self._overrides.keys() - dict(held).keys():
-            self.set_level(number, None)
-        for number, level in held:
-            self.set_level(number, level)
+        touched = self._overrides.keys() | dict(held).keys()
+        self._overrides = {number: Constant(level) for number, level in held}
+        for number in touched - {SHUTDOWN}:
+            self.module.board.wire_analog(number, *self._wires(number))
         for mount, saved in zip(self.mounts, mounts, strict=True):
             mount.load(saved)
         if self.encoder_chip is not None:

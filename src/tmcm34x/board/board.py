@@ -226,9 +226,15 @@ class Board:
 
         next_edge: gives the next clock at which the digital level may change; without it that is not known
         """
+        self.wire_analog(n, source, next_edge)
+        self._tell_pins()
+
+    def wire_analog(
+        self, n: int, source: Callable[[], int] | None, next_edge: Callable[[], int] | None = None
+    ) -> None:
+        """The same without a word to the firmware, as a state is loaded that knows of it."""
         self._sources[n] = source
         self._next_edges[n] = next_edge
-        self._tell_pins()
 
     def steady(self, n: int) -> bool:
         """Whether IN_n keeps its level until the world tells of a change."""
