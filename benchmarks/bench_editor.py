@@ -1,4 +1,4 @@
-"""The language server: from a keystroke to its diagnostics, in a program of 2,048 lines.
+"""The language server: from a keystroke to its diagnostics, in programs of 2,048 and of 10,000 lines.
 
 A real server process on pipes.  Each turn changes one line, so that the findings change too, sends the whole
 text, and waits for the message with the findings.
@@ -17,7 +17,6 @@ from bench_toolchain import program
 TURNS = 40
 WARM_UP = 5
 LIMIT_MS = 60
-URI = "file:///bench.tmc"
 
 
 class Server:
@@ -47,33 +46,57 @@ class Server:
         return message["params"]["diagnostics"]
 
 
-def main() -> int:
-    """Print the figures; status 1 when the mark is missed."""
-    server = Server()
-    server.send(id=1, method="initialize", params={"processId": None, "rootUri": None, "capabilities": {}})
-    server.receive()
-    lines = program().split("\n")
-    document = {"uri": URI, "languageId": "tmcl", "version": 1, "text": "\n".join(lines)}
+def long_program() -> list[str]:
+    """10,000 lines, most of them comments and constants, with names from an include file."""
+    lines = ["#include TMCLParam.tmc", *(f"Unused{n} = {n}" for n in range(300)), *program().split("\n")]
+    spread = [line for pair in ((line, *_REMARKS) for line in lines) for line in pair]
+    return [*spread[:9_000], *(line for line in spread[9_000:] if line != _REMARKS[0])]
+
+
+_REMARKS = ("        // a remark", "", "// another one")
+
+
+def measure(server: Server, uri: str, lines: list[str]) -> bool:
+    """Prints the times of some keystrokes; returns whether they are short enough."""
+    document = {"uri": uri, "languageId": "tmcl", "version": 1, "text": "\n".join(lines)}
     server.send(method="textDocument/didOpen", params={"textDocument": document})
     server.diagnostics()
+    place = next(n for n, line in enumerate(lines) if n > len(lines) // 2 and "WAIT POS" in line)
     times = []
     for turn in range(WARM_UP + TURNS):
-        lines[1000] = f"        MVP   ABS, 0, {turn} + oops" if turn % 2 else f"        MVP   ABS, 9, {turn}"
+        text = f"        MVP   ABS, 0, {turn} + oops" if turn % 2 else f"        MVP   ABS, 9, {turn}"
+        where = {
+            "start": {"line": place, "character": 0},
+            "end": {"line": place, "character": len(lines[place])},
+        }
+        lines[place] = text
         change = {
-            "textDocument": {"uri": URI, "version": turn + 2},
-            "contentChanges": [{"text": "\n".join(lines)}],
+            "textDocument": {"uri": uri, "version": turn + 2},
+            "contentChanges": [{"range": where, "text": text}],
         }
         start = time.perf_counter()
         server.send(method="textDocument/didChange", params=change)
         found = server.diagnostics()
         times.append((time.perf_counter() - start) * 1e3)
         assert found
-    server.process.kill()
+    server.send(method="textDocument/didClose", params={"textDocument": {"uri": uri}})
+    server.diagnostics()
     middle, worst = statistics.median(times[WARM_UP:]), max(times[WARM_UP:])
     ok = middle <= LIMIT_MS
-    print(f"{len(lines)} lines: diagnostics {middle:.1f} ms after a keystroke, at worst {worst:.1f} ms; "
+    print(f"{len(lines):>6} lines: diagnostics {middle:.1f} ms after a keystroke, at worst {worst:.1f} ms; "
           f"at most {LIMIT_MS} ms  {'ok' if ok else 'MISSED'}")  # fmt: skip
-    return 0 if ok else 1
+    return ok
+
+
+def main() -> int:
+    """Print the figures; status 1 when the mark is missed."""
+    server = Server()
+    server.send(id=1, method="initialize", params={"processId": None, "rootUri": None, "capabilities": {}})
+    server.receive()
+    short = measure(server, "file:///nowhere/bench.tmc", program().split("\n"))
+    long = measure(server, "file:///nowhere/long.tmc", long_program())
+    server.process.kill()
+    return 0 if short and long else 1
 
 
 if __name__ == "__main__":

@@ -118,7 +118,7 @@ def client(process):
 
 
 def test_the_server_says_what_it_can(client):
-    assert client.capabilities["textDocumentSync"]["change"] == 1
+    assert client.capabilities["textDocumentSync"]["change"] == 2
     for name in (
         "hover", "completion", "signatureHelp", "definition", "references", "documentSymbol", "documentFormatting",
         "rename", "foldingRange", "semanticTokens", "inlayHint", "codeAction", "documentHighlight",
@@ -168,6 +168,44 @@ def test_renaming_a_label_and_refusing_a_wrong_name(client):
     where = {"textDocument": {"uri": URI}, "position": {"line": 2, "character": 14}}
     _, error = client.ask("textDocument/rename", **where, newName="7up")
     assert "no name" in error["message"]
+
+
+def test_changes_come_piece_by_piece(client):
+    where = {"start": {"line": 0, "character": 8}, "end": {"line": 0, "character": 11}}
+    end = {"start": {"line": 3, "character": 0}, "end": {"line": 3, "character": 0}}
+    client.notify(
+        "textDocument/didChange",
+        textDocument={"uri": URI, "version": 2},
+        contentChanges=[{"range": where, "text": "9999"}, {"range": end, "text": "\tROR 9, 1 // 𝄞\n"}],
+    )
+    found = client.diagnostics()
+    assert [(item["code"], item["range"]["start"]["line"]) for item in found] == [
+        ("W307", 1),
+        ("W101", 3),
+        ("W303", 3),
+    ]
+    client.change(PROGRAM, version=3)
+    assert client.diagnostics() == []
+
+
+def test_what_is_refused_leaves_nothing_in_the_log(tmp_path):
+    command = [sys.executable, "-m", "tmcm34x", "lsp", "--stdio"]
+    log = tmp_path / "log"
+    with (
+        log.open("wb") as errors,
+        subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors) as running,
+    ):
+        client = Client(running.stdout, running.stdin)
+        client.start()
+        client.open(PROGRAM)
+        where = {"textDocument": {"uri": URI}, "position": {"line": 0, "character": 7}}
+        _, error = client.ask("textDocument/rename", **where, newName="Again")
+        assert "no label or constant" in error["message"]
+        client.ask("shutdown")
+        client.notify("exit")
+        running.stdin.close()
+        running.wait(timeout=20)
+    assert log.read_text() == ""
 
 
 def test_symbols_folds_tokens_and_hints(client):
@@ -369,7 +407,7 @@ def test_visual_studio_code_types_a_command(vscode):
     vscode.notify("$/cancelRequest", id=vscode.number)
     type_("        SAP 4, 9, Speed", 4)
     found = vscode.diagnostics(vscode.uri)
-    while found[0]["code"] != "W303":
+    while not found or found[0]["code"] != "W303":
         found = vscode.diagnostics(vscode.uri)
     here = {"textDocument": {"uri": vscode.uri}, "range": found[0]["range"]}
     actions, _ = vscode.ask(

@@ -6,14 +6,13 @@ Thin on purpose: each method asks the analysis and turns characters into the cli
 Options, from `initializationOptions` and from the section `tmcl` of the configuration: `model` (341, 342, 343),
 `includePath` (folders), `hints` (some of address, parameter, value).
 
-Leaves out: incremental text changes.  Whole texts are exact for every kind of line end, and small.
-
 Source: Language Server Protocol 3.17.
 """
 
 from __future__ import annotations
 
 import asyncio
+import logging
 import re
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
@@ -21,7 +20,7 @@ from typing import Any, Final, cast
 
 from lsprotocol import types
 from pygls import uris
-from pygls.exceptions import JsonRpcInvalidParams
+from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 
 from tmcm34x import __version__
@@ -30,6 +29,7 @@ from tmcm34x.editor.analysis.appearance import TOKEN_TYPES
 from tmcm34x.editor.analysis.completions import Completion
 from tmcm34x.editor.analysis.program import Analysis, Place
 from tmcm34x.editor.analysis.values import HintKind
+from tmcm34x.editor.changes import Units, column, replaced, width
 from tmcm34x.editor.workspace import Files, Workspace
 from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Location
 
@@ -62,6 +62,14 @@ _MOST_DIAGNOSTICS: Final = 500
 """Of a file; rubbish pasted into an editor has no use for more."""
 
 
+def _unanswered(record: logging.LogRecord) -> bool:
+    """Keeps refusals out of the log: the editor has them as answers."""
+    return not (record.exc_info and isinstance(record.exc_info[1], JsonRpcException))
+
+
+logging.getLogger("pygls.protocol.json_rpc").addFilter(_unanswered)
+
+
 class TmclServer(LanguageServer):
     """One session with an editor.
 
@@ -70,7 +78,7 @@ class TmclServer(LanguageServer):
 
     def __init__(self, files: Files, include_path: Sequence[str] = (), model: int = 343) -> None:
         super().__init__(  # pyright: ignore[reportUnknownMemberType]
-            "tmcm34x", __version__, text_document_sync_kind=types.TextDocumentSyncKind.Full
+            "tmcm34x", __version__, text_document_sync_kind=types.TextDocumentSyncKind.Incremental
         )
         self.programs = Workspace(files, include_path, model)
         self.hints: frozenset[HintKind] = _HINTS
@@ -137,8 +145,15 @@ class TmclServer(LanguageServer):
         self._put(params.text_document.uri, params.text_document.text)
 
     def _change(self, params: types.DidChangeTextDocumentParams) -> None:
-        if params.content_changes:
-            self._put(params.text_document.uri, params.content_changes[-1].text)
+        text = self.programs.texts.get(name_of(params.text_document.uri), "")
+        for change in params.content_changes:
+            if isinstance(change, types.TextDocumentContentChangeWholeDocument):
+                text = change.text
+            else:
+                start, end = change.range.start, change.range.end
+                places = ((start.line, start.character), (end.line, end.character))
+                text = replaced(text, *places, change.text, self._encoding)
+        self._put(params.text_document.uri, text)
 
     def _save(self, _params: types.DidSaveTextDocumentParams) -> None:
         self.programs.refresh()
@@ -340,27 +355,17 @@ class TmclServer(LanguageServer):
         analysis, name = self._document(params)
         line, units = params.position.line, params.position.character
         text = analysis.text(name, line)
-        return analysis, Place(name, line, self._column(text, units))
+        return analysis, Place(name, line, column(text, units, self._encoding))
 
-    def _column(self, text: str, units: int) -> int:
-        """The characters of `text` that make so many of the client's units."""
-        if text.isascii():
-            return min(units, len(text))
-        passed = 0
-        for column, character in enumerate(text):
-            if passed >= units:
-                return column
-            passed += self._units(character, 1)
-        return len(text)
+    @property
+    def _encoding(self) -> Units:
+        """The units that the client counts characters in."""
+        encoding = self.workspace.position_encoding
+        return cast("Units", getattr(encoding, "value", encoding) or "utf-16")
 
     def _units(self, text: str, column: int) -> int:
-        """The characters before `column` in the units that the client counts in."""
-        encoding = self.workspace.position_encoding
-        if encoding == types.PositionEncodingKind.Utf32 or text.isascii():
-            return column
-        if encoding == types.PositionEncodingKind.Utf8:
-            return len(text[:column].encode("utf-8", "surrogatepass"))
-        return column + sum(character > "\uffff" for character in text[:column])
+        """The characters before `column` in the client's units."""
+        return column if text.isascii() else width(text[:column], self._encoding)
 
     def _position(self, analysis: Analysis, name: str, line: int, column: int) -> types.Position:
         return types.Position(line, self._units(analysis.text(name, line), column))
