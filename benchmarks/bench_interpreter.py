@@ -15,6 +15,7 @@ import time
 
 from tmcm34x.bench import simple_rig
 from tmcm34x.clock import HZ, run_until
+from tmcm34x.firmware.program import Counts
 from tmcm34x.toolchain.assembler import assemble
 
 TURNS = 5
@@ -102,9 +103,14 @@ def dispatch_loop(count):
     return time.process_time() - start
 
 
-def interpreter(count, hooked=None):
-    """Seconds that the module takes for `count` commands of REGISTER_LOOP; `hooked`: addresses of breakpoints."""
+def interpreter(count, hooked=None, counts=None):
+    """Seconds that the module takes for `count` commands of REGISTER_LOOP.
+
+    hooked: addresses of breakpoints
+    counts: where executed commands are counted
+    """
     rig = started(REGISTER_LOOP)
+    rig.modules[0].program.count(counts)
     if hooked:
         rig.modules[0].program.hook(lambda address: False, hooked)
     clocks = rig.modules[0].instruction_clocks
@@ -132,11 +138,18 @@ def main():
     print(f"register loop          {rate / 1e6:8.1f} million commands/s, {ratio:.2f} of a bare dispatch loop")
     slower = min(interpreter(COMMANDS, frozenset({5})) for _ in range(TURNS)) / min(own for _, own in turns)
     print(f"  with a breakpoint    {slower:8.1f} times the time, met once in 80,000 commands")
+    counted = statistics.median(
+        own / interpreter(COMMANDS, counts=Counts()) for own in [interpreter(COMMANDS) for _ in range(TURNS)]
+    )
+    print(f"  with coverage        {counted:8.2f} of the speed without")
     print(f"manual 5.2, one hour   {hour:8.0f} times real time")
     print(f"polling an input       {real_time(POLLING, 3600):8.0f} times real time")
     print(f"joystick, manual AAP   {real_time(JOYSTICK, 10):8.0f} times real time")
-    reached = ratio >= 0.4 and hour >= 1000
-    print("must: ratio at least 0.4, manual 5.2 at least 1000:", "reached" if reached else "MISSED")
+    reached = ratio >= 0.4 and hour >= 1000 and counted > 0.5
+    print(
+        "must: ratio at least 0.4, with coverage more than 0.5, manual 5.2 at least 1000:",
+        "reached" if reached else "MISSED",
+    )
     return 0 if reached else 1
 
 

@@ -343,3 +343,37 @@ def test_expectations_of_the_bench_file_are_checked(run):
     status, _, err = run(program, "--bench", bench)
     assert status == 4
     assert "tmcm34x run: bench.toml: 'always: outputs 00000000' of event[0] failed at 0." in err
+
+
+def test_coverage_adds_up_over_runs(run):
+    source = "GIO 0, 0 \n JC ZE, End \n SIO 0, 2, 1 \n End: STOP\n"
+    for count in (1, 2):
+        assert run(source, "--coverage", "out.info")[0] == 0
+        assert f"DA:2,{count}\n" in Path("out.info").read_text()
+    assert "always jumped" in Path("out.html").read_text()
+    Path("out.info").write_text("something else\n")
+    status, _, err = run(source, "--coverage", "out.info")
+    assert status == 2
+    assert "not of an lcov tracefile" in err
+    assert Path("out.info").read_text() == "something else\n"
+
+
+def test_coverage_needs_a_source(run):
+    Path("x.bin").write_bytes(pack_binary([Instruction(28)]))
+    status, _, err = run(Path("x.bin"), "--profile")
+    assert status == 2
+    assert "need the source" in err
+
+
+def test_the_profile_is_printed(run):
+    _, out, _ = run("WAIT TICKS, 0, 100 \n STOP", "--profile")
+    assert "   1.0001   99.99          1  program.tmc:1" in out
+
+
+def test_a_run_ends_at_a_condition(run):
+    source = "L: CALC ADD, 1 \n AGP 0, 2 \n JA L"
+    _, data = summary(run, source, "--break", "accumulator == 40")
+    assert (data["ending"], data["variables"]) == ("break", {"0": 39})
+    status, _, err = run(source, "--break", "accumulator ==")
+    assert status == 2
+    assert len(err.splitlines()) == 1

@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -16,7 +16,7 @@ import click
 
 from tmcm34x.bench import BenchError, Rig, load, simple_rig
 from tmcm34x.bench.run import INTERRUPTED, Run
-from tmcm34x.cli import CliError, FiniteRange, user_functions
+from tmcm34x.cli import CliError, FiniteRange, coverage, user_functions
 from tmcm34x.cli.progress import Progress
 from tmcm34x.cli.recording import Recording
 from tmcm34x.cli.report import Report
@@ -30,6 +30,7 @@ from tmcm34x.cli.source_files import (
     read_image,
 )
 from tmcm34x.clock import clocks, seconds
+from tmcm34x.firmware.program import Counts
 from tmcm34x.server.pace import Pace
 from tmcm34x.tmcl.commands import INT32_MAX, INT32_MIN, USER_VARIABLES
 from tmcm34x.trace.recorder import Trace
@@ -128,6 +129,20 @@ Examples:
     metavar="N=VALUE",
     help="Set user variable N before the start; may be given several times.",
 )
+@click.option(
+    "--break",
+    "condition",
+    metavar="EXPR",
+    help="End when this expression of the debugger is not 0, such as 'ap[1][0] > 5000 && gp[3] == 1'.",
+)
+@click.option(
+    "--coverage",
+    "coverage_file",
+    type=_OUT,
+    metavar="OUT.info",
+    help="Add which lines and branches were executed to an lcov tracefile, with an HTML page beside it.",
+)
+@click.option("--profile", is_flag=True, help="Print what took the time, by subroutine and line.")
 @user_functions.option
 @append_stop_option
 @include_option
@@ -144,15 +159,24 @@ def command(**options: Any) -> int:
     program, assembly = _read_program(file, options["include_path"], append_stop=options["append_stop"])
     if program is None:
         return 1
+    earlier = coverage.check(options, assembly)
     rig = _make_rig(options, program)
+    counts = Counts() if options["coverage_file"] or options["profile"] else None
+    rig.modules[0].program.count(counts)
     with contextlib.ExitStack() as files:
         recording = Recording(rig, options, files, file.name)
         watch = _watch(rig, recording)
-        run = Run(rig, Trace(rig, recording.recorders))
+        run = Run(rig, Trace(rig, recording.recorders), _condition(options["condition"], rig))
         report = Report(run, recording.figures, file, assembly)
         _go(run, report, recording, options)
         recording.finish()
     click.echo(json.dumps(report.summary(), indent=2) if options["as_json"] else str(report))
+    run.module.program.count(None)
+    if counts is not None and assembly is not None:
+        if options["coverage_file"]:
+            coverage.write(options["coverage_file"], assembly, counts, earlier)
+        if options["profile"]:
+            click.echo("\n" + coverage.profile(assembly, counts, run.module), err=options["as_json"])
     if run.ending == INTERRUPTED:
         return 130
     for failure in watch.failures if watch else ():
@@ -209,6 +233,29 @@ def _note(run: Run, report: Report) -> str:
         f"tmcm34x run: {now:.1f} s simulated and no end in sight: the program {report.standing()}", *turning,
         "interrupt it, or end it with --until SECONDS",
     ])  # fmt: skip
+
+
+def _condition(text: str | None, rig: Rig) -> Callable[[], bool] | None:
+    """The condition of --break; a mistake in it is a usage error."""
+    if text is None:
+        return None
+    from tmcm34x.debug.expressions import ExpressionError, compile_expression
+    from tmcm34x.debug.view import View
+
+    view = View.of(rig.modules[0], rig.worlds[0])
+    try:
+        expression = compile_expression(text)
+        expression(view.read)
+    except ExpressionError as error:
+        raise CliError(f"--break {text}: {error}") from None
+
+    def holds() -> bool:
+        try:
+            return bool(expression(view.read))
+        except ExpressionError:
+            return False
+
+    return holds
 
 
 def _watch(rig: Rig, recording: Recording) -> Watch | None:

@@ -10,7 +10,8 @@
 `polling`    loops that ask for what cannot change yet
 """
 
+from tmcm34x.firmware.program.counts import Counts
 from tmcm34x.firmware.program.program import Program
 from tmcm34x.firmware.program.state import ProgramError, State
 
-__all__ = ["Program", "ProgramError", "State"]
+__all__ = ["Counts", "Program", "ProgramError", "State"]

@@ -49,9 +49,14 @@ class Ahead:
         self._length = _SHORT_RUN
         self._origin = 0
 
+    @property
+    def _scout(self) -> Machine:
+        """A machine that counts nothing."""
+        return self._machine if self._machine.counts is None else self._machine.uncounted()
+
     def begin(self, executed: int) -> None:
         """Make the present the origin: something else than a register command had its effect."""
-        self.until = 0
+        self._drop()
         self._origin = executed
         self.next_search = _SHORT_RUN
 
@@ -59,22 +64,27 @@ class Ahead:
         """Begin with short runs again."""
         self._length = _SHORT_RUN
 
-    def look(self, registers: Registers, executed: int, due: int, clocks: int) -> Cycle | None:
+    def look(
+        self, registers: Registers, executed: int, due: int, clocks: int, *, searching: bool
+    ) -> Cycle | None:
         """Find the next event, `until`, or the cycle that the registers come to.
 
         executed: commands that the program has executed
         due: clock at which the next one has its effect; the others follow every `clocks`
+        searching: whether a cycle is looked for
         """
         copy = self.registers
         self.commands = 0
+        self._begin_counting()
         if not self._machine.is_foreign(registers.counter):
             copy.assign(registers)
             since = executed - self._origin
-            self._room = min(self._length, self.next_search - since)
+            self._room = min(self._length, self.next_search - since) if searching else self._length
             self.commands = done = self._machine.run(copy, self._room)
-            if since + done == self.next_search:
+            if searching and since + done == self.next_search:
                 cycle = self.search(copy, executed + done, due + done * clocks, clocks)
                 if cycle is not None:
+                    self._drop_marks()
                     return cycle
         self.until = due + self.commands * clocks
         return None
@@ -90,7 +100,7 @@ class Ahead:
         scratch = Registers([0] * USER_VARIABLES)
         scratch.assign(registers)
         limit = min(count, _SEARCH) if count < _SEARCH << _SEARCH_SHARE else count >> _SEARCH_SHARE
-        done, contents, period = self._machine.find_cycle(scratch, min(limit, _LONGEST_SEARCH))
+        done, contents, period = self._scout.find_cycle(scratch, min(limit, _LONGEST_SEARCH))
         if not period:
             return None
         first = done - period
@@ -103,15 +113,32 @@ class Ahead:
 
         Runs ahead farther or less far in future.
         """
-        until, self.until = self.until, 0
-        if now != until:
+        if now != self.until:
+            self._drop()
             self._length = max(self._length // 2, _SHORT_RUN)
             return 0
+        self.until = 0
         if self.commands:
             if self.commands == self._room:
                 self._length = min(2 * self._length, _LONG_RUN)
             registers.assign(self.registers)
         return self.commands
+
+    def _begin_counting(self) -> None:
+        counts = self._machine.counts
+        if counts is not None:
+            counts.settle()
+
+    def _drop(self) -> None:
+        """What was run ahead is not taken over."""
+        if self.until:
+            self._drop_marks()
+        self.until = 0
+
+    def _drop_marks(self) -> None:
+        counts = self._machine.counts
+        if counts is not None:
+            counts.drop()
 
     def round(self, cycle: Cycle) -> list[int]:
         """The addresses that a program comes to in one round of `cycle`; at most `LONGEST_ROUND`."""
@@ -120,7 +147,7 @@ class Ahead:
         values, addresses = iter(cycle.values), list[int]()
         for _ in range(min(cycle.commands, LONGEST_ROUND)):
             addresses.append(scratch.counter)
-            if not self._machine.run(scratch, 1):
+            if not self._scout.run(scratch, 1):
                 scratch.counter += 1
                 value = next(values, None)
                 if value is not None:
@@ -134,5 +161,5 @@ class Ahead:
     def load(self, value: Any) -> None:
         """Go back to what `save` gave."""
         self._origin, self.next_search = value
-        self.until = 0
+        self._drop()
         self.shorten()

@@ -23,6 +23,7 @@ from tmcm34x.clock import NEVER
 from tmcm34x.firmware.dispatch import execute_in_program
 from tmcm34x.firmware.program import wait
 from tmcm34x.firmware.program.ahead import Ahead
+from tmcm34x.firmware.program.counts import Counts
 from tmcm34x.firmware.program.foreign import PROGRAM_ONLY, STOP, WAIT, misuse, reads
 from tmcm34x.firmware.program.machine import Machine
 from tmcm34x.firmware.program.memory import END, Memory
@@ -88,6 +89,19 @@ class Execution:
         return cycle if cycle is not None and cycle.start <= self._module.now else None
 
     @property
+    def counts(self) -> Counts | None:
+        """Where executed commands are counted, if they are."""
+        return self._machine.counts
+
+    def count(self, counts: Counts | None) -> None:
+        """Count executed commands in `counts` from now on; polling loops are then executed too.
+
+        The former counts, if any, are complete when they are replaced: None counts no longer.
+        """
+        self.wake()
+        self._machine.count(counts)
+
+    @property
     def hooked(self) -> bool:
         """Whether somebody wants to be asked before commands."""
         return bool(self._hooks)
@@ -131,7 +145,7 @@ class Execution:
         if self.state is State.STEP or self._watched:
             return self._due
         cycle = self._polling.cycle
-        if cycle is not None:
+        if cycle is not None and self.counts is None:
             return cycle.start if self._module.now < cycle.start else cycle.until
         return self._ahead.until or self._look_ahead()
 
@@ -145,7 +159,7 @@ class Execution:
         if self.wait is not None:
             self._check_wait(self.wait, now)
         elif not self._watched:
-            self._catch_up(now)
+            self._catch_up(now, None if self.counts is not None else self._polling.cycle)
         if disturbed or self._polling.expired(now):
             self._polling.leave()
         self._pins_changed = False
@@ -231,6 +245,8 @@ class Execution:
         address = self.registers.counter
         instruction = self.memory[address]
         guarded = self._guarded
+        if self.counts is not None:
+            self.counts.foreign(address, now)
         if guarded and self._machine.pass_guard(self.registers):
             self._polling.forget(now)
             self.executed += 1
@@ -300,6 +316,8 @@ class Execution:
             if waiting.conditional:
                 self.registers.errors |= ERROR_FLAGS["ETO"]
         self.wait = None
+        if self.counts is not None:
+            self.counts.done_waiting(self.registers.counter, now)
         self._go_on(self.registers.counter, now)
         self._ahead.begin(self.executed)
         if self.state is State.STEP:
@@ -310,7 +328,10 @@ class Execution:
     def _look_ahead(self) -> int:
         """Find the next event by running register commands on a copy."""
         clocks = self._module.instruction_clocks
-        cycle = self._ahead.look(self.registers, self.executed, self._due, clocks)
+        searching = self._polling.cycle is None
+        cycle = self._ahead.look(
+            self.registers, self.executed, self._due, clocks, searching=searching
+        )  # fmt: skip
         if cycle is None:
             return self._ahead.until
         self._polling.cycle = cycle
@@ -332,9 +353,8 @@ class Execution:
         value = self._execute_command(instruction, address, now)
         self._polling.passed(value, now, refused=self.last_error is not error)
 
-    def _catch_up(self, now: int) -> None:
-        """Bring a program that was not run to just before what is due at `now`."""
-        cycle = self._polling.cycle
+    def _catch_up(self, now: int, cycle: Cycle | None) -> None:
+        """Bring a program that was not run to just before what is due at `now`; cycle: that it has gone round in."""
         if cycle is not None:
             if now > cycle.start:
                 self._go_round(cycle, now)

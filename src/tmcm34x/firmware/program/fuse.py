@@ -10,8 +10,18 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Final, cast
 
+from tmcm34x.firmware.program.counts import Counts
 from tmcm34x.firmware.program.registers import Registers
-from tmcm34x.firmware.program.templates import ENDS_BLOCK, JA, WITH_TARGET, compiled, filled
+from tmcm34x.firmware.program.templates import (
+    ENDS_BLOCK,
+    JA,
+    WITH_TARGET,
+    compiled,
+    conditional,
+    counted,
+    filled,
+    statements,
+)
 from tmcm34x.tmcl.datagram import Instruction
 
 LONGEST_BLOCK: Final = 32
@@ -24,10 +34,18 @@ Code = Callable[[int], "str | None"]
 """The template of the command at an address, None for a foreign one."""
 
 
-def fuse(read: Read, code: Code, start: int) -> tuple[Collection[int], Callable[[Registers, int], int]]:
-    """The addresses at which blocks begin around `start`, and the function for all of them."""
-    blocks = _blocks(read, code, sorted(_region(read, code, start)), start)
-    return blocks, compiled("\n".join(_source(blocks)), "fused")
+def fuse(
+    read: Read, code: Code, start: int, counts: Counts | None
+) -> tuple[Collection[int], Callable[[Registers, int], int]]:
+    """The addresses at which blocks begin around `start`, and the function for all of them.
+
+    counts: where the blocks count themselves, and the jumps of JC
+    """
+    blocks = _blocks(read, code, sorted(_region(read, code, start)), start, counts)
+    if counts is None:
+        return blocks, compiled("\n".join(_source(blocks)), "fused")
+    inner = "\n".join(f"    {line}" for line in _source(blocks))
+    return blocks, compiled(f"def make(marks):\n{inner}\n    return fused", "make")(counts.marks)
 
 
 def _region(read: Read, code: Code, start: int) -> list[int]:
@@ -79,23 +97,33 @@ def _cuts(region: Sequence[int], leaders: Collection[int]) -> set[int]:
     return cuts
 
 
-def _blocks(read: Read, code: Code, region: Sequence[int], start: int) -> dict[int, list[str]]:
+def _blocks(
+    read: Read, code: Code, region: Sequence[int], start: int, counts: Counts | None
+) -> dict[int, list[str]]:
     """The source of every block of `region`, by its first address."""
     inside, leaders = set(region), _leaders(read, region, start)
     starts = set(leaders)
     blocks: dict[int, list[str]] = {}
     for leader in leaders:
         lines: list[str] = []
-        address, ends = leader, False
+        address, ends, template = leader, False, ""
         while not ends:
             template = cast(str, code(address))
-            lines += filled(template, read(address), address)
+            lines += filled(_lines(template, address, counts), read(address), address)
             address += 1
             ends = template.startswith("counter") or address in starts or address not in inside
-        if not lines[-1].startswith("counter"):
+        if not template.startswith("counter"):
             lines.append(f"counter = {address}")
+        if counts is not None:
+            lines.insert(0, f"marks[{counts.mark(leader, address)}] += 1")
         blocks[leader] = [f"left -= {address - leader}", *lines]
     return blocks
+
+
+def _lines(template: str, address: int, counts: Counts | None) -> list[str]:
+    if counts is None or not conditional(template):
+        return statements(template)
+    return counted(template, counts.jump(address))
 
 
 def _source(blocks: dict[int, list[str]]) -> Iterator[str]:

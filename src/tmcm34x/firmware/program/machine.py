@@ -14,13 +14,14 @@ Source: manual 6.7.16 to 6.7.21, 6.7.29, 6.7.31, 6.7.32; fidelity PROG-1 to PROG
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, Final
 
+from tmcm34x.firmware.program.counts import Counts
 from tmcm34x.firmware.program.fuse import LONGEST_BLOCK, fuse
 from tmcm34x.firmware.program.registers import Contents, Registers
-from tmcm34x.firmware.program.templates import compiled, statements, template_of
+from tmcm34x.firmware.program.templates import compiled, conditional, counted, statements, template_of
 from tmcm34x.tmcl.commands import PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -38,14 +39,25 @@ Minus that number: the next command is a foreign one.
 @cache
 def _maker(template: str) -> Callable[[int, int, int, int], Operation]:
     """Makes functions of one kind of command from OPERAND, TYPE, TARGET and NEXT."""
-    lines = [_REGISTER.sub(r"registers.\1", line) for line in statements(template)]
+    return compiled(_made(template, statements(template), "OPERAND, TYPE, TARGET, NEXT"), "make")
+
+
+@cache
+def _counting_maker(template: str) -> Callable[..., Operation]:
+    """The same for functions that count in marks[EXECUTED], and jumps in marks[JUMPED]."""
+    lines = ["marks[EXECUTED] += 1", *counted(template, "JUMPED")]
+    return compiled(_made(template, lines, "OPERAND, TYPE, TARGET, NEXT, marks, EXECUTED, JUMPED"), "make")
+
+
+def _made(template: str, statements: Sequence[str], arguments: str) -> str:
+    """The source of a function `make` that returns an operation."""
+    lines = [_REGISTER.sub(r"registers.\1", line) for line in statements]
     if not template.startswith("counter"):
         lines.append("registers.counter = NEXT")
     body = "\n".join(f"        {line}" for line in lines)
-    return compiled(
-        "def make(OPERAND, TYPE, TARGET, NEXT):\n    def operation(registers, left):\n"
-        f"{body}\n        return left - 1\n    return operation\n",
-        "make",
+    return (
+        f"def make({arguments}):\n    def operation(registers, left):\n"
+        f"{body}\n        return left - 1\n    return operation\n"
     )
 
 
@@ -58,6 +70,8 @@ class Machine:
     def __init__(self, read: Callable[[int], Instruction]) -> None:
         self.guarded: frozenset[int] = frozenset()
         """Addresses whose commands count as foreign, because somebody wants to be asked before them."""
+        self.counts: Counts | None = None
+        """Where executed commands are counted, if they are."""
         self._read = read
         self._single: list[Operation] = []
         self._fast: list[Operation] = []
@@ -69,6 +83,19 @@ class Machine:
         """Forget everything known about the program memory, because it changed."""
         self._single.clear()
         self._fast.clear()
+        if self.counts is not None:
+            self.counts.forget()
+
+    def count(self, counts: Counts | None) -> None:
+        """Count executed commands in `counts` from now on, or no longer."""
+        self.invalidate()
+        self.counts = counts
+
+    def uncounted(self) -> Machine:
+        """A machine for the same memory that counts nothing."""
+        machine = Machine(self._read)
+        machine.guarded = self.guarded
+        return machine
 
     def guard(self, addresses: frozenset[int]) -> None:
         """Stop before these commands too, and before no others than them and foreign ones."""
@@ -147,14 +174,30 @@ class Machine:
         """Stands at every address that was not executed yet, and replaces itself."""
         address = registers.counter
         template = self._code(address)
-        operation = _foreign if template is None else _operation(template, self._read(address), address)
+        operation = _foreign if template is None else self._operation(template, address)
         self._single[address] = self._fast[address] = operation
         return left
+
+    def _operation(self, template: str, address: int) -> Operation:
+        instruction, counts = self._read(address), self.counts
+        if counts is None:
+            return _operation(template, instruction, address)
+        executed = counts.mark(address, address + 1)
+        jumped = counts.jump(address) if conditional(template) else executed
+        return _counting_maker(template)(
+            instruction.value,
+            instruction.type,
+            instruction.value,
+            address + 1,
+            counts.marks,
+            executed,
+            jumped,
+        )
 
     def _fuse(self, start: int) -> None:
         """Make one function of the register commands around `start`."""
         if self._code(start) is not None:
-            leaders, function = fuse(self._read, self._code, start)
+            leaders, function = fuse(self._read, self._code, start, self.counts)
             for leader in leaders:
                 self._fast[leader] = function
 

@@ -121,6 +121,7 @@ _NAMES: Final[dict[str, Any]] = {
     "signed": signed32, "quotient": quotient, "remainder": remainder, "call": _call,
 }  # fmt: skip
 _PLACEHOLDER: Final = re.compile(r"\b(OPERAND|TYPE|TARGET|NEXT)\b")
+_CONDITION: Final = re.compile(r"counter = TARGET if (.*) else NEXT\Z")
 _WRAPPED: Final = re.compile(r"(\S.*) = signed\((.*)\)\Z")
 
 
@@ -146,12 +147,23 @@ def statements(template: str) -> list[str]:
     ]
 
 
-def filled(template: str, instruction: Instruction, address: int) -> list[str]:
+def counted(template: str, jumps: int | str) -> list[str]:
+    """The lines of a template; the jumps of a JC are counted in marks[jumps]."""
+    match = _CONDITION.match(template)
+    if match is None:
+        return statements(template)
+    return ["counter = NEXT", f"if {match[1]}: counter = TARGET; marks[{jumps}] += 1"]
+
+
+def conditional(template: str) -> bool:
+    """Whether a template is that of a JC."""
+    return _CONDITION.match(template) is not None
+
+
+def filled(lines: Sequence[str], instruction: Instruction, address: int) -> list[str]:
     """The lines of a template with the operands of the command at `address` in them."""
     numbers = {
         "OPERAND": str(instruction.value), "TYPE": str(instruction.type), "TARGET": str(instruction.value),
         "NEXT": str(address + 1),
     }  # fmt: skip
-    return [
-        _PLACEHOLDER.sub(lambda match: numbers[match[0]], statement) for statement in statements(template)
-    ]
+    return [_PLACEHOLDER.sub(lambda match: numbers[match[0]], line) for line in lines]

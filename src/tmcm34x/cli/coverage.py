@@ -1,0 +1,71 @@
+"""`tmcm34x run --coverage` and `--profile`: the files and tables about what a program executed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from tmcm34x.cli import CliError
+from tmcm34x.trace.coverage import (
+    Coverage,
+    CoverageError,
+    added,
+    coverage,
+    format_costs,
+    format_html,
+    format_lcov,
+    line_costs,
+    parse_lcov,
+    subroutine_costs,
+)
+
+if TYPE_CHECKING:
+    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.program import Counts
+    from tmcm34x.toolchain.assembler import Assembly
+
+_MOST_LINES: Final = 20
+
+
+def check(options: dict[str, Any], assembly: Assembly | None) -> Coverage:
+    """What the tracefile counts so far; whatever cannot work is an error before the run."""
+    path: Path | None = options["coverage_file"]
+    if (path is not None or options["profile"]) and assembly is None:
+        raise CliError(
+            f"{options['file']}: coverage and profile need the source of the program, not an image"
+        )
+    if path is None:
+        return {}
+    if path.suffix.lower() == ".html":
+        raise CliError(
+            f"{path}: name the tracefile, such as {path.with_suffix('.info')}; the page goes beside it"
+        )
+    try:
+        return parse_lcov(path.read_text(encoding="utf-8")) if path.exists() else {}
+    except (CoverageError, UnicodeDecodeError) as error:
+        raise CliError(f"{path}: {error}; it is left as it is") from None
+    except OSError as error:
+        raise CliError(f"{path}: {error.strerror}") from None
+
+
+def write(path: Path, assembly: Assembly, counts: Counts, earlier: Coverage) -> None:
+    """Write the tracefile, and the page beside it."""
+    result = added(coverage(assembly, counts), earlier)
+    try:
+        path.write_text(format_lcov(result), encoding="utf-8", newline="\n")
+        page = format_html(result, assembly.sources)
+        path.with_suffix(".html").write_text(page, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise CliError(f"{error.filename}: {error.strerror}") from None
+
+
+def profile(assembly: Assembly, counts: Counts, module: Module) -> str:
+    """The tables of subroutines and lines."""
+    clocks = module.instruction_clocks
+    subroutines = subroutine_costs(assembly, counts, clocks)
+    total = sum(cost.clocks for cost in subroutines)
+    lines = line_costs(assembly, counts, clocks)[:_MOST_LINES]
+    return "\n\n".join([
+        "by subroutine, without those it calls", format_costs(subroutines, total),
+        "by line, the most expensive first", format_costs(lines, total),
+    ])  # fmt: skip
