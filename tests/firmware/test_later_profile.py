@@ -1,8 +1,12 @@
 """The profile "later": some parameters of the vendor's later firmware (fidelity TMCL-18)."""
 
 import pytest
+from click.testing import CliRunner
 
 from firmware.hosts import Host, switched_on
+from tmcm34x.bench import build
+from tmcm34x.bench.description import parse
+from tmcm34x.cli.run import command as run
 from tmcm34x.clock import MS, run_until
 from tmcm34x.firmware.ports.can import CanPort
 from tmcm34x.firmware.storage import Eeprom
@@ -131,3 +135,34 @@ def test_the_last_error_of_a_program_is_its_status():
     host.do("129 1, 0, 0")
     host.wait_ms(5)
     assert host.do("GGP 131, 0") == 4
+
+
+def test_a_module_takes_the_profile_later_on():
+    module = switched_on()
+    host = Host(module)
+    assert host.status("GAP 200, 0") == 3
+    module.take_profile("later")
+    assert host.do("GAP 200, 0") == 0
+    module.take_profile("standard")
+    assert host.status("GAP 200, 0") == 3
+
+
+def test_what_a_later_profile_stored_has_no_effect_without_it():
+    module = later()
+    host = Host(module)
+    for line in ("SAP 200, 0, 255", "STAP 200, 0"):
+        host.do(line)
+    plain = switched_on(eeprom=Eeprom.from_bytes(module.eeprom.to_bytes()))
+    Host(plain).do("ROR 0, 500")
+    assert plain.board.currents[0] == 128
+
+
+def test_a_bench_and_the_command_line_choose_the_profile(tmp_path):
+    rig = build(parse('[[module]]\nparameters = "later"\n[[module]]\n'))
+    assert [module.peek(Instruction(COMMAND.GAP, 207))[0] for module in rig.modules] == [100, 3]
+    program = tmp_path / "boost.tmc"
+    program.write_text("SAP 200, 0, 5\nGAP 200, 0\nAGP 0, 2\nSTOP\n")
+    for arguments, status in (((), 3), (("--parameters", "later"), 0)):
+        assert (
+            CliRunner().invoke(run, [str(program), *arguments], standalone_mode=False).return_value == status
+        )

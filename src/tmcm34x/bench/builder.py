@@ -85,6 +85,7 @@ def _world(bench: d.Bench, index: int, eeprom: Eeprom | None) -> World:
         instruction_clocks=max(1, clocks(bench.instruction_us * 1e-6)),
         address=row.address if new else None,
         host_address=row.host_address if new else None,
+        profile=row.parameters,
     )
     if new and row.address is not None:
         module.eeprom.set_global_value(CAN_ADDRESS, row.address)

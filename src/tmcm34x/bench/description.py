@@ -272,6 +272,10 @@ class Module(Struct, frozen=True):
     host_address: Annotated[Byte | None, _text("address of replies; kept as is in a given EEPROM image")] = (
         None
     )
+    parameters: Annotated[
+        Literal["standard", "later"],
+        _text("later: some parameters of later firmware exist too (docs/fidelity, TMCL-18)"),
+    ] = "standard"
     powered: Annotated[bool, _text("whether it is switched on at the beginning")] = True
     axis: Annotated[
         list[Axis], Meta(max_length=3), _text("axes of motors 0, 1, 2; those left out turn freely")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from tmcm34x.cli import CliError, link_options, spare_the_collector
+from tmcm34x.cli import CliError, link_options, parameter_options, spare_the_collector
 from tmcm34x.cli.signals import stop_on_signals
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ PORT: Final = 8343
 """What a browser remembers of the IDE (layout, theme, unsaved texts) belongs to its port."""
 
 
-_VIRTUAL: Final = ("bench", "model", "eeprom", "ptys", "tcps", "slcans", "buses")
+_VIRTUAL: Final = ("bench", "model", "eeprom", "parameters", "ptys", "tcps", "slcans", "buses")
 """Options that say what a virtual module is."""
 _EXAMPLES = """\b
 Examples:
@@ -62,6 +62,7 @@ Examples:
     metavar="HOST:PORT",
     help=f"Where the browser finds the IDE; otherwise loopback and port {PORT}, or a free one where that is taken.",
 )
+@parameter_options.option
 @link_options.options
 @click.option("--no-browser", is_flag=True, help="Do not open a browser.")
 def command(paths: tuple[Path, ...], listen: tuple[str, int] | None, no_browser: bool, **options: Any) -> int:
@@ -71,7 +72,9 @@ def command(paths: tuple[Path, ...], listen: tuple[str, int] | None, no_browser:
     Prints its address, token included, on a line of its own; the address is good for this run only.
     """
     if options["port"] and any(options[name] for name in _VIRTUAL):
-        raise CliError("--port is a real module: --model, --bench, --eeprom and links are for virtual ones")
+        raise CliError(
+            "--port is a real module: --model, --bench, --eeprom, --parameters and links are for virtual ones"
+        )
     if options["bench"] and options["model"]:
         raise CliError("the bench file says which model it is: leave --model away")
     listener = _bind_usual() if listen is None else _bind(*listen)
@@ -183,6 +186,7 @@ def _virtual(options: dict[str, Any], telegrams: Telegrams) -> Target:
             rig, place = simple_rig(number, eeprom), "bare motors"
     except (EepromError, BenchError) as error:
         raise CliError(str(error)) from error
+    parameter_options.apply(options["parameters"], rig)
     stores = [] if file is None else [keep(rig.modules[0].eeprom, file, _report)]
     return Virtual(Server(rig, stores=stores, log=telegrams), place, path or "")
 

@@ -16,7 +16,7 @@ import click
 
 from tmcm34x.bench import BenchError, Rig, load, simple_rig
 from tmcm34x.bench.run import INTERRUPTED, Run
-from tmcm34x.cli import CliError, FiniteRange, coverage, user_functions
+from tmcm34x.cli import CliError, FiniteRange, coverage, parameter_options, user_functions
 from tmcm34x.cli.progress import Progress
 from tmcm34x.cli.recording import Recording
 from tmcm34x.cli.report import Report
@@ -143,6 +143,7 @@ Examples:
     help="Add which lines and branches were executed to an lcov tracefile, with an HTML page beside it.",
 )
 @click.option("--profile", is_flag=True, help="Print what took the time, by subroutine and line.")
+@parameter_options.option
 @user_functions.option
 @append_stop_option
 @include_option
@@ -296,6 +297,7 @@ def _make_rig(options: dict[str, Any], program: tuple[Instruction, ...]) -> Rig:
         )
     if options["instruction_time"]:
         module.instruction_clocks = max(1, clocks(options["instruction_time"] * 1e-6))
+    parameter_options.apply(options["parameters"], rig)
     if options["user_functions"]:
         user_functions.attach(options["user_functions"], rig.modules, _report)
     module.eeprom.write_program(program)

@@ -17,7 +17,7 @@ import click
 
 from tmcm34x import clock
 from tmcm34x.bench import BenchError, Rig, simple_rig
-from tmcm34x.cli import CliError, FiniteRange, link_options, user_functions
+from tmcm34x.cli import CliError, FiniteRange, link_options, parameter_options, user_functions
 from tmcm34x.cli.memory import keep, open_eeprom
 from tmcm34x.cli.signals import stop_on_signals
 from tmcm34x.firmware.storage import Eeprom, EepromError
@@ -113,6 +113,7 @@ Examples:
     metavar="NAME[=VALUE][,OPTION=VALUE]...",
     help="A fault of the lines, such as garble,probability=0.05 or silent,count=3; docs/faults.md lists them.",
 )
+@parameter_options.option
 @user_functions.option
 @click.option(
     "--log-telegrams",
@@ -190,6 +191,7 @@ def _build(
         )
     if len(files) > len(rig.modules):
         raise CliError(f"{len(files)} EEPROM files for {len(rig.modules)} modules")
+    parameter_options.apply(options["parameters"], rig)
     if options["user_functions"]:
         user_functions.attach(options["user_functions"], rig.modules, _report)
     module = rig.modules[0]

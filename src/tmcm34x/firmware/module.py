@@ -70,6 +70,13 @@ class Module(Core):
         self.program = Program(self)  # pyright: ignore[reportIncompatibleVariableOverride]
         board.on_pins.append(self._note_pins)
 
+    def take_profile(self, profile: str) -> None:
+        """Have the parameters of "standard" or "later" from now on; a module that is switched on restarts."""
+        self.eeprom.take_profile(profile)
+        self.tables = tables(self.board.model.number, profile)
+        if self.powered:
+            self.reset()
+
     # Power
 
     def power_on(self) -> None:

@@ -224,8 +224,9 @@ def restore_axes(core: Core) -> None:
     rows = axis_rows(core.eeprom.model, core.eeprom.profile)
     for axis, stored in zip(core.axes, core.eeprom.axis_values, strict=True):
         axis.open = axis.scaled = False
-        axis.values.update((row.number, row.default) for row in rows if row.number not in _READ)
-        axis.values.update(stored)
+        axis.values = {
+            row.number: stored.get(row.number, row.default) for row in rows if row.number not in _READ
+        }
         axis.write(RAMP_MODE, 0)
     for number, effect in _APPLY.items():
         for axis in core.axes:

@@ -31,7 +31,13 @@ from typing import Any, Final
 
 from tmcm34x.board.models import CELLS, MICROSTEP_TABLE, MODELS
 from tmcm34x.firmware.changes import ENTRY_SIZE, TABLE_CELLS, Cell, Chain, Change, JournalError, unfinished
-from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS, LATER_AXIS_PARAMETERS, AxisParameter
+from tmcm34x.tmcl.axis_parameters import (
+    AXIS_PARAMETERS,
+    LATER,
+    LATER_AXIS_PARAMETERS,
+    STANDARD,
+    AxisParameter,
+)
 from tmcm34x.tmcl.commands import (
     COORDINATES,
     MOTORS,
@@ -57,11 +63,6 @@ _COORDINATES: Final = struct.Struct(f"<{COORDINATES - 1}i")
 _INSTRUCTION: Final = struct.Struct(">BBBi")
 _RECORD: Final = struct.Struct(f"{INSTRUCTION_SIZE}s")
 _PROGRAM_BYTES: Final = PROGRAM_SIZE * INSTRUCTION_SIZE
-
-STANDARD: Final = "standard"
-LATER: Final = "later"
-PROFILES: Final = (STANDARD, LATER)
-"""Which parameters a module has: those of the manual, or some of later firmware too (fidelity TMCL-18)."""
 
 
 def axis_rows(model: int, profile: str) -> tuple[AxisParameter, ...]:
@@ -257,6 +258,8 @@ class Eeprom:
             raise EepromError("EEPROM image is incomplete") from None
         eeprom._replay(journal, _crc(image))
         _check_ranges(eeprom)
+        if any(number not in eeprom._defaults()[0] for values in eeprom.axis_values for number in values):
+            eeprom.take_profile(LATER)
         eeprom.revision = 0
         return eeprom
 

@@ -46,6 +46,11 @@ def kind_of(unit: str, low: int, high: int, choices: Choices) -> Kind:
     return "flag" if (low, high) == (0, 1) else _KIND_OF_UNIT.get(unit, "number")
 
 
+STANDARD: Final = "standard"
+LATER: Final = "later"
+PROFILES: Final = (STANDARD, LATER)
+"""Which parameters a virtual module has: those of the manual, or some of later firmware too (fidelity TMCL-18)."""
+
 ALL: Final = frozenset({341, 342, 343})
 WITH_DRIVERS: Final = frozenset({341, 343})
 """Modules whose firmware sets currents and reads loads: a TMCM-342 puts out step and direction only."""
