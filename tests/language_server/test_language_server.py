@@ -198,6 +198,7 @@ def test_what_is_refused_leaves_nothing_in_the_log(tmp_path):
         client = Client(running.stdout, running.stdin)
         client.start()
         client.open(PROGRAM)
+        assert client.diagnostics() == []
         where = {"textDocument": {"uri": URI}, "position": {"line": 0, "character": 7}}
         _, error = client.ask("textDocument/rename", **where, newName="Again")
         assert "no label or constant" in error["message"]
