@@ -353,6 +353,52 @@ def test_a_position_that_is_passed_is_a_data_breakpoint(file):
     assert (editor.go(), editor.line()) == ("data breakpoint", 9)
 
 
+def test_steps_go_back_and_a_run_goes_back_to_a_breakpoint(file):
+    editor = launched(file, 10, stopOnEntry=True)
+    assert [editor.go(), editor.go(), editor.value("gp[1]")] == ["breakpoint", "breakpoint", "1"]
+    assert (editor.go("stepBack"), editor.line()) == ("step", 9)
+    assert (editor.go("reverseContinue"), editor.line(), editor.value("gp[1]")) == ("breakpoint", 10, "0")
+    assert editor.go("reverseContinue") == "entry"
+    assert editor.events("stopped")[-1]["text"] == "the beginning of the history"
+    assert [editor.go(), editor.go(), editor.go(), editor.go()] == [*["breakpoint"] * 3, "over"]
+
+
+def test_a_step_back_over_a_call_and_into_it(file):
+    editor = launched(file, 4, stopOnEntry=True)
+    assert (editor.go(), editor.line()) == ("breakpoint", 4)
+    assert (editor.go("stepBack"), editor.line()) == ("step", 3)
+    assert (editor.go(), editor.line()) == ("breakpoint", 4)
+    editor.do("stepBack", threadId=1, granularity="instruction")
+    assert editor.line() == 13
+
+
+def test_who_wrote_a_value_is_answered_in_the_console(file):
+    editor = launched(file, 7, stopOnEntry=True)
+    editor.go()
+    answer = editor.do("evaluate", expression="who wrote gp[1]?", context="repl")["result"]
+    assert "line 12: AGP" in answer and answer.endswith("(2 → 3)")
+    nothing = editor.do("evaluate", expression="who wrote gp[9]", context="repl")["result"]
+    assert nothing == "nothing has written gp[9] since the history began"
+    editor.do("evaluate", expression="gp[1] = 8", context="repl")
+    answer = editor.do("evaluate", expression="WHO WROTE gp[1]?", context="repl")["result"]
+    assert "debugger: gp[1] = 8" in answer
+    assert "no value named" in editor.fail("evaluate", expression="who wrote nonsense?", context="repl")
+
+
+def test_a_module_with_hosts_cannot_go_back_and_says_why():
+    rig = simple_rig()
+    rig.modules[0].eeprom.write_program(assemble("Loop: JA Loop\n").program)
+    editor = Editor(SERVICES._replace(live=lambda listener: LiveSession(rig.modules[0], listener)))
+    editor.do("initialize", adapterID="tmcl")
+    editor.do("attach")
+    editor.do("configurationDone")
+    assert editor.events("capabilities") == [{"capabilities": {"supportsStepBack": False}}]
+    assert "its hosts would not go back" in editor.fail("stepBack", threadId=1)
+    assert "its hosts would not go back" in editor.fail(
+        "evaluate", expression="who wrote gp[1]", context="repl"
+    )
+
+
 def test_pausing_an_endless_program(tmp_path):
     file = tmp_path / "endless.tmc"
     file.write_text("Loop: JA Loop\n")
@@ -494,6 +540,7 @@ COMMANDS = (
     "setVariable", "setExpression", "evaluate", "completions", "goto", "gotoTargets", "disassemble", "source",
     "breakpointLocations", "continue", "next", "stepIn", "stepOut", "pause", "exceptionInfo", "loadedSources",
     "configurationDone", "setExceptionBreakpoints", "dataBreakpointInfo", "setDataBreakpoints", "restartFrame",
+    "stepBack", "reverseContinue",
 )  # fmt: skip
 
 

@@ -65,7 +65,7 @@ def test_what_is_written_reads_back(rig, view, target, value):
         ("ap[300][0]", "1", "300 is not"),
         ("gp[1]", "1 << 31", "32 bits"),
         ("counter", "2048", "addresses are"),
-        ("depth", "1", "cannot be set"),
+        ("depth", "1", "0 to 0"),
         ("time_ms", "1", "cannot be set"),
         ("nobody", "1", "nothing can be written"),
         ("x[1]", "1", "takes no indices"),

@@ -14,7 +14,7 @@ from typing import Final, Literal, NamedTuple
 
 from tmcm34x.debug.expressions import Expression, ExpressionError, Read, compile_expression, compile_message
 
-Reason = Literal["entry", "breakpoint", "data breakpoint", "step", "pause", "exception", "end"]
+Reason = Literal["entry", "breakpoint", "data breakpoint", "step", "pause", "exception", "goto", "end"]
 
 _HITS: Final = re.compile(r"\s*(>=|<=|==|=|>|<|%)?\s*(\d{1,9})\s*\Z")
 _COMPARE: Final[Mapping[str, Callable[[int, int], bool]]] = MappingProxyType({
@@ -96,6 +96,11 @@ class Control:
     def idle(self) -> bool:
         """Whether nobody needs to ask before a command."""
         return not self._breakpoints and self._reason is None
+
+    @property
+    def breakpoints(self) -> list[Breakpoint]:
+        """All breakpoints."""
+        return [breakpoint_ for row in self._breakpoints.values() for breakpoint_ in row]
 
     @property
     def addresses(self) -> frozenset[int] | None:

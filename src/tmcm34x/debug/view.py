@@ -98,6 +98,8 @@ class View:
         """Labels and constants of the program, by upper-case name."""
         self.locked = False
         """The program is in the middle of something: its counter cannot be moved."""
+        self.on_write: list[Callable[[str, int], None]] = []
+        """Called with each value that was changed through this view: its name with indices, and what it was set to."""
 
     @classmethod
     def of(cls, module: Module, world: World | None = None) -> View:
@@ -147,6 +149,8 @@ class View:
             self._set_register(key, value)
         else:
             raise ExpressionError(f"nothing can be written to {name}")
+        for listener in self.on_write:
+            listener(key + "".join(f"[{index}]" for index in indices), value)
 
     def _check_power(self, key: str) -> None:
         if self._module is not None and not self._module.powered and key != "time_ms":
@@ -186,15 +190,19 @@ class View:
     def _set_register(self, key: str, value: int) -> None:
         if self._module is None:
             raise ExpressionError(f"the module's firmware does not let {key} be set")
-        if key in {"depth", "time_ms"}:
-            raise ExpressionError(f"{key} cannot be set")
+        if key == "time_ms":
+            raise ExpressionError("time_ms cannot be set")
         program = self._module.program
+        if key == "depth" and not 0 <= value <= len(program.stack):
+            raise ExpressionError(f"depth can be set to 0 to {len(program.stack)}: inner routines are left")
         if key == "counter" and not 0 <= value < PROGRAM_SIZE:
             raise ExpressionError(f"addresses are 0 to {PROGRAM_SIZE - 1}")
         if key == "counter" and program.waiting:
             raise ExpressionError("the program is in a WAIT; step over it first")
         program.wake()
-        if key in _FLAGS:
+        if key == "depth":
+            del program.registers.stack[value:]
+        elif key in _FLAGS:
             self._set_flag(_FLAGS[key], bool(value))
         else:
             setattr(program.registers, key, value)
@@ -326,6 +334,6 @@ def _registers() -> list[Item]:
         Item("accumulator", "accumulator", True),
         Item("x", "x", True, "the X register"),
         Item("counter", "counter", True, "address of the next command"),
-        Item("depth", "depth", False, "open CSUBs"),
+        Item("depth", "depth", True, "open CSUBs; a smaller number leaves the inner ones"),
         Item("time_ms", "time_ms", False, "virtual time [ms]"),
     ]

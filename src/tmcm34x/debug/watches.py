@@ -69,6 +69,11 @@ class Watches:
     def __bool__(self) -> bool:
         return bool(self._watches)
 
+    @property
+    def all(self) -> list[Watch]:
+        """All data breakpoints."""
+        return list(self._watches)
+
     def set(self, watches: Iterable[Watch]) -> None:
         """Take these instead of the present ones; what they watch is compared with what it is now."""
         self._watches = list(watches)

@@ -27,6 +27,7 @@ from tmcm34x.debug.dap.messages import RequestError
 from tmcm34x.debug.dap.run_control import THREAD, RunControl
 from tmcm34x.debug.dap.sources import Sources
 from tmcm34x.debug.expressions import ExpressionError
+from tmcm34x.debug.history import HistoryError
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Session
 from tmcm34x.host import HostError
 from tmcm34x.toolchain.assembler import Assembly
@@ -38,6 +39,7 @@ _REASONS: Final = {
     "step": "Held after a step",
     "pause": "Paused",
     "exception": "A command was refused",
+    "goto": "Brought back",
     "end": "The program has stopped",
 }
 
@@ -51,7 +53,8 @@ CAPABILITIES: Final = {
         "supportsConfigurationDoneRequest", "supportsConditionalBreakpoints", "supportsHitConditionalBreakpoints",
         "supportsLogPoints", "supportsFunctionBreakpoints", "supportsInstructionBreakpoints",
         "supportsDataBreakpoints", "supportsSetVariable", "supportsSetExpression", "supportsEvaluateForHovers",
-        "supportsRestartRequest", "supportsRestartFrame", "supportsTerminateRequest", "supportTerminateDebuggee",
+        "supportsRestartRequest", "supportsStepBack", "supportsRestartFrame", "supportsTerminateRequest",
+        "supportTerminateDebuggee",
         "supportsBreakpointLocationsRequest", "supportsExceptionInfoRequest", "supportsGotoTargetsRequest",
         "supportsDisassembleRequest", "supportsLoadedSourcesRequest", "supportsValueFormattingOptions",
         "supportsCompletionsRequest", "supportsDelayedStackTraceLoading",
@@ -116,7 +119,7 @@ class Adapter:
         self._deferred = []
         try:
             body = self._handle(command, fields.get("arguments"))
-        except (RequestError, ExpressionError, HostError) as error:
+        except (RequestError, ExpressionError, HistoryError, HostError) as error:
             self._respond(seq, command, error=str(error))
         else:
             self._respond(seq, command, body=body)
@@ -245,7 +248,14 @@ class Adapter:
         self._debuggee.target = self._launcher.attach(arguments)
         self._debuggee.share_sources()
         self._attach = arguments
+        self._afterwards(self._tell_limits)
         self._afterwards(lambda: self._event("initialized"))
+
+    def _tell_limits(self) -> None:
+        """Withdraw the capabilities that this module does not have."""
+        target = self._debuggee.running_or_held
+        if target.irreversible:
+            self._event("capabilities", capabilities={"supportsStepBack": False})
 
     def on_configuration_done(self, _: m.Arguments) -> None:
         """Breakpoints are set: begin."""

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any, Final
 
+from tmcm34x.clock import MS
 from tmcm34x.debug.dap import messages as m
 from tmcm34x.debug.dap.breakpoints import REFUSED
 from tmcm34x.debug.dap.debuggee import Debuggee, Request, parse_address
@@ -19,6 +20,7 @@ from tmcm34x.tmcl.mnemonic import MnemonicError, format_instruction, parse_instr
 from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 
 _UNSAFE_READS: Final = "Reading it does something in the module; click to read."
+_WHO_WROTE: Final = re.compile(r"who\s+wrote\s+(.+?)\s*\??\s*\Z", re.IGNORECASE)
 _NAMES: Final = ("accumulator", "adc", "ap", "co", "counter", "gp", "in", "out", "shutdown", "x")
 
 
@@ -136,6 +138,9 @@ class Inspector:
         """An expression; in the console also an assignment, or a command in direct mode."""
         text = arguments.expression.strip()
         if arguments.context == "repl":
+            asked = _WHO_WROTE.match(text)
+            if asked is not None:
+                return {"result": self._who_wrote(asked[1]), "variablesReference": 0}
             words = text.split(maxsplit=1)
             if words and words[0].upper() in BY_MNEMONIC:
                 return {"result": self._execute(text), "variablesReference": 0}
@@ -147,6 +152,14 @@ class Inspector:
         value = self._debuggee.running_or_held.view.evaluate(text)
         shown_hex = arguments.format is not None and arguments.format.hex
         return {"result": _shown(value, shown_hex), "variablesReference": 0}
+
+    def _who_wrote(self, text: str) -> str:
+        write = self._debuggee.running_or_held.who_wrote(text)
+        if write is None:
+            return f"nothing has written {text} since the history began"
+        place = self._debuggee.sources.place(write.address) if write.address >= 0 else {}
+        where = f"line {place['line']}: " if "line" in place else ""
+        return f"{write.clock / MS:.4f} ms, {where}{write.cause} ({write.before} → {write.after})"
 
     def _execute(self, text: str) -> str:
         try:

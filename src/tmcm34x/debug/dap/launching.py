@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, cast
 
@@ -62,7 +63,8 @@ class Launcher:
         assembly = self._read_program(arguments.program, arguments.include)
         rig.modules[0].eeprom.write_program(assembly.program)
         pace = self._services.pace(arguments.speed)
-        return BenchSession(rig, self._listener, self._sources.text, pace=pace)
+        build = None if arguments.no_debug else partial(_make_rig, arguments)
+        return BenchSession(rig, self._listener, self._sources.text, pace=pace, build=build)
 
     def attach(self, arguments: m.Attach) -> Session:
         """Run control over a module as it is, with a program's source where it is named."""

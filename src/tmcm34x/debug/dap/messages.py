@@ -201,6 +201,12 @@ class Goto(Arguments):
     target_id: int
 
 
+class StepBack(Arguments):
+    """How far to go back: a "statement", a "line" or a single "instruction"."""
+
+    granularity: Text = "statement"
+
+
 class RestartFrame(Arguments):
     """Which routine to begin anew, by its number in the stack."""
 

@@ -56,6 +56,18 @@ class RunControl:
         """Until the CSUB has returned."""
         self._go(lambda target: target.step_out())
 
+    def on_step_back(self, arguments: m.StepBack) -> None:
+        """One command back; a CSUB with all that it called counts as one, but for single instructions."""
+        target = self._debuggee.held
+        self._inspector.forget()
+        target.step_back(over=arguments.granularity != "instruction")
+
+    def on_reverse_continue(self, _: m.Arguments) -> None:
+        """Back to where a breakpoint holds, or to the beginning."""
+        target = self._debuggee.held
+        self._inspector.forget()
+        target.reverse_continue()
+
     def on_pause(self, _: m.Arguments) -> None:
         """Hold."""
         self._debuggee.running_or_held.pause()
@@ -108,6 +120,8 @@ REQUESTS: Final[Mapping[str, Request]] = {
     "next": Request(m.Arguments, RunControl.on_next),
     "stepIn": Request(m.Arguments, RunControl.on_step_in),
     "stepOut": Request(m.Arguments, RunControl.on_step_out),
+    "stepBack": Request(m.StepBack, RunControl.on_step_back),
+    "reverseContinue": Request(m.Arguments, RunControl.on_reverse_continue),
     "pause": Request(m.Arguments, RunControl.on_pause),
     "gotoTargets": Request(m.Lines, RunControl.on_goto_targets),
     "goto": Request(m.Goto, RunControl.on_goto),

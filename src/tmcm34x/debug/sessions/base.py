@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 from tmcm34x.debug.control import Breakpoint, Stop
 
 if TYPE_CHECKING:
+    from tmcm34x.debug.reverse import Write
     from tmcm34x.debug.view import View
     from tmcm34x.debug.watches import Watch
     from tmcm34x.tmcl.datagram import Instruction
@@ -115,6 +116,23 @@ class Session(Protocol):
 
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
         """Hold at these instead of the present ones."""
+        ...
+
+    @property
+    def irreversible(self) -> str:
+        """Why the program cannot be taken back; empty where it can."""
+        ...
+
+    def step_back(self, *, over: bool) -> None:
+        """Go back to just before the last command; `over`: a CSUB with all that it called counts as one."""
+        ...
+
+    def reverse_continue(self) -> None:
+        """Go back to where a breakpoint or data breakpoint would have held last, or to the beginning."""
+        ...
+
+    def who_wrote(self, text: str) -> Write | None:
+        """What wrote a value last; raises `ExpressionError` where `text` names nothing."""
         ...
 
     @property

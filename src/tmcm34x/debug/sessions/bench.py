@@ -11,8 +11,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Final, Protocol
 
-from tmcm34x.clock import MS, NEVER
+from tmcm34x.clock import MS, NEVER, Timed
 from tmcm34x.debug.control import Breakpoint, Stop
+from tmcm34x.debug.history import History, HistoryError
+from tmcm34x.debug.reverse import Write, last_write, previous_command, previous_stop
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Listener, Text
 from tmcm34x.debug.sessions.local import LocalSession, error_text
 from tmcm34x.debug.watches import Watch
@@ -21,6 +23,7 @@ from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, VELOCITY, Axis
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.firmware.module import Module
+    from tmcm34x.tmcl.datagram import Instruction
 
 REFUSED: Final = 3
 """Exit code of a run in which the module refused a command."""
@@ -83,10 +86,15 @@ class BenchSession(LocalSession):
         *,
         module: int = 0,
         pace: Pacing | None = None,
+        build: Callable[[], Rig] | None = None,
     ) -> None:
         super().__init__(rig.modules[module], rig.worlds[module], listener, text)
         self.rig = rig
         self.pace = pace
+        self.history: History | None = None
+        """What the program can be taken back to; None until it is started, and without `build`."""
+        self._build = build
+        self._number = module
         self.running = False
         self.over = False
         self._passed = NEVER
@@ -96,11 +104,43 @@ class BenchSession(LocalSession):
         """Start the program, and hold it before its first command unless told otherwise."""
         self.program.run(address)
         self._error = None
+        self._begin_history()
         if hold:
             self.control.step(None, "entry")
         self.resume()
         if hold:
             self.advance(NEVER)
+
+    def _begin_history(self) -> None:
+        if self.history is not None:
+            self.history.close()
+            self.view.on_write.remove(self._note_assignment)
+        if self._build is not None and not self.irreversible:
+            self.history = History(self.rig, self._build)
+            self.view.on_write.append(self._note_assignment)
+
+    def _note_assignment(self, target: str, value: int) -> None:
+        if self.history is not None:
+            self.history.record("assignment", self._number, (target, value))
+
+    def execute(self, instruction: Instruction) -> tuple[int, int]:
+        """Execute a command in direct mode; it is part of the history."""
+        result = super().execute(instruction)
+        if self.history is not None:
+            self.history.record("command", self._number, tuple(instruction))
+        return result
+
+    @property
+    def irreversible(self) -> str:
+        """Why the program cannot be taken back; empty where it can."""
+        if self.module.user_functions:
+            return "user functions in Python may remember what no snapshot holds"
+        return "" if self._build is not None else "this session keeps no history"
+
+    @property
+    def _time(self) -> Timed:
+        """What moves the bench: its history, where there is one."""
+        return self.history or self.rig
 
     def begin(self, *, hold: bool) -> None:
         """Start the program; hold it before its first command if asked for."""
@@ -177,6 +217,56 @@ class BenchSession(LocalSession):
         """Have the program go on at `address`; raises `ExpressionError` in the middle of a WAIT."""
         self.view.assign("counter", str(address))
 
+    # Going back
+
+    def step_back(self, *, over: bool = True) -> None:
+        """Go back to just before the last command; `over`: a CSUB with all that it called counts as one.
+
+        Raises `HistoryError` where there is no history.
+        """
+        moment = previous_command(self._known_history(), self._number, over=over)
+        if moment is None:
+            self._return_to_beginning()
+        else:
+            self._return_to(moment.clock, Stop("step", moment.address))
+            self._passed = moment.when
+
+    def reverse_continue(self) -> None:
+        """Go back to where a breakpoint or data breakpoint would have held last, or to the beginning."""
+        found = previous_stop(self._known_history(), self.control.breakpoints, self.watches.all, self._number)
+        if found is None:
+            self._return_to_beginning()
+            return
+        self._return_to(found.clock, found.stop)
+        self._passed = self.rig.next_event()
+
+    def who_wrote(self, text: str) -> Write | None:
+        """What wrote a value last; raises `ExpressionError` where `text` names nothing."""
+        return last_write(self._known_history(), text, self._number)
+
+    def go_to(self, clock: int) -> None:
+        """Bring everything back to `clock`, and hold there; raises `HistoryError` where that cannot be reached."""
+        self._known_history()
+        self._return_to(clock, Stop("goto", -1))
+
+    def _known_history(self) -> History:
+        if self.history is None:
+            raise HistoryError(self.irreversible or "the program has not been started")
+        return self.history
+
+    def _return_to_beginning(self) -> None:
+        oldest = self._known_history().oldest
+        self._return_to(oldest, Stop("entry", -1, "the beginning of the history"))
+
+    def _return_to(self, clock: int, stop: Stop) -> None:
+        self._known_history().return_to(clock)
+        self.over = False
+        self._passed = NEVER
+        self._error = self.program.last_error
+        self.watches.look_again()
+        self.control.clear_step()
+        self._hold(stop._replace(address=self.program.counter))
+
     def _step(self, depth: int | None) -> None:
         self.control.step(depth)
         self.resume()
@@ -222,14 +312,14 @@ class BenchSession(LocalSession):
         """
         rig = self.rig
         while self.running and not self._ends():
-            when = rig.next_event()
+            when = self._time.next_event()
             if when > until or when >= NEVER:
                 if rig.now < until < NEVER:
-                    rig.advance(until)
+                    self._time.advance(until)
                 break
             if self._holds_before(when):
                 break
-            rig.advance(when)
+            self._time.advance(when)
             self._look_back()
             if interrupted():
                 return not self.running
@@ -243,7 +333,7 @@ class BenchSession(LocalSession):
         if program.next_event() != when or not self.control.concerns(program.upcoming):
             return False
         if self.rig.now < when - 1:
-            self.rig.advance(when - 1)
+            self._time.advance(when - 1)
         stop = self.control.look(program.counter, len(program.stack))
         if stop is None:
             return False

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.expressions import ExpressionError
+from tmcm34x.debug.history import HistoryError
+from tmcm34x.debug.reverse import Write
 from tmcm34x.debug.sessions.base import Listener, Text
 from tmcm34x.debug.sessions.local import LocalSession
 from tmcm34x.debug.watches import Watch
@@ -28,6 +30,7 @@ class LiveSession(LocalSession):
     Holding is control function 128, going on is 129: a WAIT that was interrupted begins again.
     """
 
+    irreversible = "the module's time is not this session's: its hosts would not go back with it"
     owns_time = False
     over = False
     exit_code = 0
@@ -82,6 +85,18 @@ class LiveSession(LocalSession):
         """Hold at these instead of the present ones."""
         self.control.set_breakpoints(breakpoints)
         self._attach()
+
+    def step_back(self, *, over: bool) -> None:
+        """Not possible: see `irreversible`."""
+        raise HistoryError(self.irreversible)
+
+    def reverse_continue(self) -> None:
+        """Not possible: see `irreversible`."""
+        raise HistoryError(self.irreversible)
+
+    def who_wrote(self, text: str) -> Write | None:
+        """Not known: see `irreversible`."""
+        raise HistoryError(f"{text}: {self.irreversible}")
 
     def set_watches(self, watches: Iterable[Watch]) -> None:
         """Hold when one of these values has changed before a command of the program."""

@@ -89,7 +89,7 @@ class LocalSession:
         kept = len(stack) - number
         entry = 0 if not kept else self._entry(stack[kept - 1] - 1)
         self.view.assign("counter", str(entry))
-        del self.program.registers.stack[kept:]
+        self.view.assign("depth", str(kept))
 
     def _entry(self, caller: int) -> int:
         instruction = self.module.eeprom.read_instruction(caller)

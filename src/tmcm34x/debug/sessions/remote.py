@@ -14,6 +14,8 @@ from typing import Final
 
 from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.expressions import ExpressionError
+from tmcm34x.debug.history import HistoryError
+from tmcm34x.debug.reverse import Write
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Frame, Listener, Text
 from tmcm34x.debug.view import View
 from tmcm34x.debug.watches import Watch
@@ -39,6 +41,7 @@ class RemoteSession:
 
     unbreakable = "the firmware of a real module has no breakpoints: run, stop and step are what it offers"
     unwatchable = "the firmware of a real module has no data breakpoints"
+    irreversible = "a real module has no history: only virtual time runs backwards"
     owns_time = False
     over = False
     exit_code = 0
@@ -88,6 +91,18 @@ class RemoteSession:
 
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
         """The firmware has none: see `unbreakable`."""
+
+    def step_back(self, *, over: bool) -> None:
+        """Not possible: see `irreversible`."""
+        raise HistoryError(self.irreversible)
+
+    def reverse_continue(self) -> None:
+        """Not possible: see `irreversible`."""
+        raise HistoryError(self.irreversible)
+
+    def who_wrote(self, text: str) -> Write | None:
+        """Not known: see `irreversible`."""
+        raise HistoryError(f"{text}: {self.irreversible}")
 
     def set_watches(self, watches: Iterable[Watch]) -> None:
         """The firmware has none: see `unwatchable`."""

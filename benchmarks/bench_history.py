@@ -1,0 +1,117 @@
+"""Going back: what recording costs, and how long steps and runs back take after an hour of simulated motion.
+
+python benchmarks/bench_history.py
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from time import process_time
+
+from tmcm34x.bench import Rig, load, simple_rig
+from tmcm34x.clock import HZ, Timed
+from tmcm34x.debug.control import Breakpoint
+from tmcm34x.debug.history import History
+from tmcm34x.debug.sessions.base import Text
+from tmcm34x.debug.sessions.bench import BenchSession
+from tmcm34x.toolchain.assembler import Assembly, assemble
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+STAGE = """\
+Loop:   MVP   ABS, 0, 20000
+        MVP   ABS, 1, 8000
+        WAIT  POS, 0, 0
+        WAIT  POS, 1, 0
+        SIO   1, 2, 1
+        WAIT  TICKS, 0, 10
+        SIO   1, 2, 0
+        GGP   3, 2
+        CALC  ADD, 1
+        AGP   3, 2
+        MVP   ABS, 0, 0
+        MVP   ABS, 1, 0
+        WAIT  POS, 0, 0
+        JA    Loop
+"""
+FIRST = (EXAMPLES / "manual" / "5.2-first-program.tmc").read_text()
+PROGRAMS = (("the manual's first program", FIRST, None), ("an XY stage", STAGE, "xy-stage.toml"))
+HOUR = 3600 * HZ
+
+
+class Silent:
+    """A listener that does nothing."""
+
+    def held(self, stop: object) -> None:
+        """The program is held."""
+
+    def ended(self) -> None:
+        """The program has ended."""
+
+    def said(self, text: str, address: int) -> None:
+        """A log point was passed."""
+
+
+def builder(assembly: Assembly, bench: str | None) -> Callable[[], Rig]:
+    def build() -> Rig:
+        rig = simple_rig() if bench is None else load(EXAMPLES / "benches" / bench)
+        rig.modules[0].eeprom.write_program(assembly.program)
+        return rig
+
+    return build
+
+
+def run(time: Timed, until: int) -> float:
+    start = process_time()
+    while (when := time.next_event()) <= until:
+        time.advance(when)
+    time.advance(until)
+    return process_time() - start
+
+
+def recording(build: Callable[[], Rig]) -> float:
+    """Time with a history over time without, as the median of pairs in turn."""
+    ratios: list[float] = []
+    for _ in range(5):
+        plain, recorded = build(), build()
+        for rig in (plain, recorded):
+            rig.modules[0].program.run()
+        alone = run(plain, 200 * HZ)
+        ratios.append(run(History(recorded, build), 200 * HZ) / alone)
+    return median(ratios)
+
+
+def timed_ms(do: Callable[[], object]) -> float:
+    start = process_time()
+    do()
+    return 1000 * (process_time() - start)
+
+
+def going_back(session: BenchSession) -> None:
+    history = session.history
+    assert history is not None
+    steps = [timed_ms(lambda: session.step_back(over=False)) for _ in range(20)]
+    print(f"  step back after an hour: median {median(steps):.0f} ms, worst {max(steps):.0f} ms")
+    session.set_breakpoints([Breakpoint.make(1, 1, condition=f"time_ms < {(3600 - 600) * 1000}")])
+    print(f"  ten simulated minutes back to a breakpoint: {timed_ms(session.reverse_continue):.0f} ms")
+    history.return_to(history.branch.end)
+    looks = [timed_ms(lambda n=n: history.look_at(HOUR - n * 5 * HZ)) for n in range(0, 120, 7)]
+    print(f"  any moment of the last ten minutes: median {median(looks):.0f} ms, worst {max(looks):.0f} ms")
+    print(f"  {len(history.branch.snapshots)} snapshots, {history.memory / 2**20:.1f} MiB")
+
+
+def main() -> None:
+    for name, source, bench in PROGRAMS:
+        assembly = assemble(source)
+        assert assembly.ok
+        build = builder(assembly, bench)
+        print(f"{name}: recording takes {100 * (recording(build) - 1):+.1f} % of the time without")
+        session = BenchSession(build(), Silent(), Text(assembly), build=build)
+        session.start(hold=False)
+        session.advance(HOUR)
+        session.pause()
+        going_back(session)
+
+
+main()
