@@ -15,6 +15,7 @@ from pathlib import Path
 
 import bench_page
 import conformance
+import fidelity_index
 import host_attributes
 
 from tmcm34x.toolchain import reference
@@ -70,6 +71,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "fidelity.md": fidelity,
     "conformance.md": conformance.page,
     "bench.md": bench_page.page,
+    "../src/tmcm34x/capture/fidelity.tsv": fidelity_index.page,
     "../src/tmcm34x/host/attributes.py": host_attributes.page,
 }
 

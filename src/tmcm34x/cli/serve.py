@@ -17,6 +17,7 @@ import click
 
 from tmcm34x import clock
 from tmcm34x.bench import BenchError, Rig, simple_rig
+from tmcm34x.capture.record import RecordingError
 from tmcm34x.cli import CliError, FiniteRange, link_options, parameter_options, user_functions
 from tmcm34x.cli.memory import keep, open_eeprom
 from tmcm34x.cli.signals import stop_on_signals
@@ -29,6 +30,7 @@ from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
 if TYPE_CHECKING:
     from tmcm34x.links.faulty import Faults
+    from tmcm34x.server.telegram_log import Sink
 
 MODELS = ("341", "342", "343")
 _BYTE = click.IntRange(0, 255)
@@ -120,6 +122,12 @@ Examples:
     metavar="FILE",
     help="Write down every telegram with its time and meaning; - is the terminal.",
 )
+@click.option(
+    "--record",
+    type=_PATH,
+    metavar="OUT",
+    help="Record telegrams with exact times: .session, .pcapng for Wireshark, .log (candump) or .hex.",
+)
 @click.pass_context
 def command(context: click.Context, **options: Any) -> int:
     """Serve virtual modules on serial ports, sockets and CAN.
@@ -131,7 +139,7 @@ def command(context: click.Context, **options: Any) -> int:
     with contextlib.ExitStack() as stack:
         stack.callback(_ERRORS.close)
         stack.callback(_OUTPUT.close)
-        log = _open_log(options["log_telegrams"], stack)
+        log = _record(options["record"], _open_log(options["log_telegrams"], stack), stack)
         rig, stores = _build(context, options, program, stack)
         server = Server(
             rig,
@@ -250,6 +258,19 @@ def _open_log(path: str | None, stack: contextlib.ExitStack) -> TelegramLog | No
     return TelegramLog(output)
 
 
+def _record(path: Path | None, log: TelegramLog | None, stack: contextlib.ExitStack) -> Sink | None:
+    """A recording of the lines beside the text log."""
+    if path is None:
+        return log
+    from tmcm34x.capture.files import Recorder
+    from tmcm34x.capture.tap import Tap
+
+    try:
+        return Tap(stack.enter_context(Recorder(path)), log)
+    except RecordingError as error:
+        raise CliError(str(error)) from None
+
+
 def _close(stream: TextIO) -> None:
     # That the disk is full has been told when a line was written.
     with contextlib.suppress(OSError):
@@ -302,7 +323,7 @@ async def _serve(server: Server, links: list[Link], can_links: list[CanLink]) ->
             stop(error)
 
     loop.set_exception_handler(judge)
-    _watch(server.log, loop, stop)
+    _watch(getattr(server.log, "also", server.log), loop, stop)
     for link in (*links, *can_links):
         if isinstance(link, Reporting):
             link.report = _report
@@ -315,6 +336,8 @@ async def _serve(server: Server, links: list[Link], can_links: list[CanLink]) ->
         await stopped
     except BrokenPipeError:
         raise
+    except RecordingError as error:
+        raise CliError(str(error)) from error
     except OSError as error:
         raise CliError(f"telegram log: {error.strerror}") from error
     finally:

@@ -33,6 +33,7 @@ _STATUS: Final = re.compile(rf"(\d+)(?:\s+({NUMBER}))?(?:\.\.({NUMBER}))?(?:\s+o
 _TIME: Final = re.compile(r"(\d+(?:\.\d+)?)\s*([a-zA-Z]+)\Z")
 _ADDRESS: Final = re.compile(rf"({NUMBER})(?:\s+host\s+({NUMBER}))?\Z")
 _ONLY: Final = re.compile(r"\s*\[((?:34[123]\s*)+)\]\Z")
+_STAMP: Final = re.compile(r"(\d+\.\d+)\s+(?=[<>])")
 _DIRECTIVE: Final = re.compile(r"#\s*(models|links|pins|bench)\s*:\s*(.*)\Z", re.IGNORECASE)
 _KEYWORD: Final = re.compile(r"(?:(within)\s+([^:]*?)|(always|never))\s*:\s*")
 _ESCAPES: Final = {"r": "\r", "n": "\n", "b": "\b", "\\": "\\", '"': '"'}
@@ -102,14 +103,19 @@ def _read_line(case: Case, number: int, line: str) -> None:
         models, text = case.models, line
         if match := _ONLY.search(line):
             models, text = frozenset(map(int, match.group(1).split())), line[: match.start()]
-        case.steps.append(Step(number, line, _read_action(text), models))
+        at = None
+        if match := _STAMP.match(text):
+            at, text = round(float(match.group(1)) * HZ), " " * match.end() + text[match.end() :]
+        case.steps.append(Step(number, line, _read_action(text), models, at))
 
 
 def _read_action(line: str) -> Action:
-    reader = _READERS.get(line[0])
+    sign = len(line) - len(line.lstrip()) if line[0] == " " else 0
+    reader = _READERS.get(line[sign : sign + 1])
     if reader is None:
         return _read_other(line)
-    start = 1 + len(line[1:]) - len(line[1:].lstrip())
+    rest = line[sign + 1 :]
+    start = sign + 1 + len(rest) - len(rest.lstrip())
     text = line[start:]
     try:
         return reader(text)

@@ -38,6 +38,8 @@ from tmcm34x.tmcl.datagram import (
 
 POLL: Final = 10 * MS
 """Time between two looks at a condition while nothing happens."""
+LATE: Final = 50 * MS
+"""By how much a reply may come later than it was recorded."""
 SERIAL: Final = "serial"
 CAN: Final = "can"
 
@@ -61,12 +63,16 @@ class Wire(Protocol):
 
 
 class Step(NamedTuple):
-    """One line of a session that does something, on which models."""
+    """One line of a session that does something, on which models.
+
+    at: clocks from the beginning of the case at which it was recorded; None in sessions written by hand
+    """
 
     line: int
     text: str
     action: Action
     models: frozenset[int]
+    at: int | None = None
 
 
 _START: Final = Step(0, "start", Nothing(), frozenset())
@@ -87,6 +93,7 @@ class Player:
         self.asked: Instruction | None = None
         self._sent: tuple[str, bytes] | None = None
         self._step = _START
+        self._start = wire.now
         self._promises: list[tuple[Step, Promise]] = []
 
     def play(self, step: Step) -> None:
@@ -95,6 +102,8 @@ class Player:
         action = step.action
         try:
             self.wire.settle()
+            if step.at is not None:
+                self._keep_time(step.at, action.asks)
             if action.asks and self.wire.received:
                 raise Unmet("every reply to be expected by a line", f"one that was not: {self._waiting()}")
             action.play(self)
@@ -102,6 +111,12 @@ class Player:
                 self._look()
         except Unmet as unmet:
             raise self._failure(unmet) from None
+
+    def _keep_time(self, at: int, asks: bool) -> None:
+        """Send when it was sent; wait for a reply a little longer than it took."""
+        due = self._start + at + (0 if asks else LATE)
+        while self.now < due and (asks or not self.wire.received):
+            self.pass_time(due - self.now if asks else self.next_look(due) - self.now)
 
     def finish(self) -> None:
         """The end: nothing may be waiting."""

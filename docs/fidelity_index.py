@@ -1,0 +1,38 @@
+"""Writes src/tmcm34x/capture/fidelity.tsv: which commands and parameters each fidelity entry names."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from tmcm34x.tmcl.commands import BY_MNEMONIC, CONTROL_FUNCTIONS
+
+FRAGMENTS = Path(__file__).parent / "fidelity"
+ENTRY = re.compile(r"^### ([A-Z]+-\d+) (.+)\n((?:.+\n?)+)", re.MULTILINE)
+CONFIDENCE = re.compile(r"\b(high|medium|low)\b", re.IGNORECASE)
+PARAMETERS = re.compile(r"\b(global )?parameters? ((?:\d+(?:,? (?:and|to) |, )?)+)", re.IGNORECASE)
+TOOLS = frozenset({"IDE", "TOOL", "DBG"})
+"""Entries about tools, which no telegram touches."""
+CONTROL = frozenset(row.number for row in CONTROL_FUNCTIONS)
+
+
+def keys(text: str) -> set[str]:
+    """`GAP`, `AP.206`, `GP.75`, `138` of a text."""
+    found = {word for word in re.findall(r"\b[A-Z][A-Z0-9]+\b", text) if word in BY_MNEMONIC}
+    for is_global, numbers in PARAMETERS.findall(text):
+        for number in re.findall(r"\d+", numbers):
+            found |= {f"GP.{number}"} if is_global else {f"AP.{number}", f"GP.{number}"}
+    return found | {number for number in re.findall(r"\b1[23]\d\b", text) if int(number) in CONTROL}
+
+
+def page() -> str:
+    """The table."""
+    rows = ["# number, title, confidence, commands and parameters; made by docs/generate.py"]
+    for path in sorted(FRAGMENTS.glob("*.md")):
+        for number, title, body in ENTRY.findall(path.read_text()):
+            if number.split("-")[0] in TOOLS:
+                continue
+            sure = CONFIDENCE.search(body.split("Why:")[-1])
+            words = " ".join(sorted(keys(f"{title}\n{body.split('Pinned by')[0]}")))
+            rows.append(f"{number}\t{title}\t{sure.group(1).lower() if sure else ''}\t{words}")
+    return "\n".join(rows) + "\n"

@@ -1,0 +1,127 @@
+"""A recording of lines that pass through this process: hosts on one side, a module on the other.
+
+What comes from a side goes to the other at once, byte for byte; telegrams are put together for the recording alone.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from typing import Final
+
+from tmcm34x.capture.files import Recorder
+from tmcm34x.capture.record import RecordingError, from_sink
+from tmcm34x.clock import HZ
+from tmcm34x.links import Link, LinkError, Peer, Send
+from tmcm34x.server.telegram_log import LineLog
+from tmcm34x.tmcl.telegrams import Direction, Kind
+
+CONNECT_S: Final = 5.0
+
+
+class Proxy:
+    """Passes bytes between the clients of links and one module, and records them.
+
+    lost: called with the reason when the module's side is gone, or nothing can be recorded
+    """
+
+    def __init__(self, recorder: Recorder, lost: Callable[[Exception], None]) -> None:
+        self._recorder = recorder
+        self._lost = lost
+        self._start_s = time.monotonic()
+        self._clients: list[_Client] = []
+        self._to_module: Send = lambda _: None
+
+    def to_module(self, send: Send) -> None:
+        """How bytes get to the module."""
+        self._to_module = send
+
+    def connect(self, name: str, send: Send) -> Peer:
+        """A host has come: the module's end of its line."""
+        client = _Client(self, name, send)
+        self._clients.append(client)
+        return client
+
+    def from_host(self, client: _Client, data: bytes) -> None:
+        """Pass on what a host sends."""
+        self._record(client, ">", data)
+        self._to_module(data)
+
+    def from_module(self, data: bytes) -> None:
+        """Pass on what the module sends, to all hosts, as on a shared line."""
+        for client in self._clients:
+            self._record(client, "<", data)
+            client.send(data)
+
+    def leave(self, client: _Client) -> None:
+        """A host has gone."""
+        self._clients.remove(client)
+
+    def module_gone(self) -> None:
+        """The module's side is closed."""
+        self._lost(LinkError("the module's side has hung up"))
+
+    def _record(self, client: _Client, direction: Direction, data: bytes) -> None:
+        try:
+            client.log.add(round((time.monotonic() - self._start_s) * HZ), direction, data)
+        except RecordingError as error:
+            self._lost(error)
+
+    def write(self, now: float, name: str, direction: Direction, data: bytes, kind: Kind) -> None:
+        """Take a telegram of a client's log."""
+        self._recorder.add(from_sink(round(now * 1e9 / HZ), name, direction, data, kind))
+
+
+class _Client:
+    """One host."""
+
+    def __init__(self, proxy: Proxy, name: str, send: Send) -> None:
+        self._proxy = proxy
+        self.send = send
+        self.log = LineLog(proxy, name)
+
+    def receive(self, data: bytes) -> None:
+        self._proxy.from_host(self, data)
+
+    def disconnect(self) -> None:
+        self._proxy.leave(self)
+
+
+class _Module:
+    """The module's side, where it is a link."""
+
+    def __init__(self, proxy: Proxy, send: Send) -> None:
+        self.receive = proxy.from_module
+        self.disconnect = proxy.module_gone
+        proxy.to_module(send)
+
+
+async def open_serial(proxy: Proxy, link: Link) -> str:
+    """The module at the other end of a serial port.  Raises `LinkError`."""
+    return await link.open(lambda _, send: _Module(proxy, send))
+
+
+async def open_tcp(proxy: Proxy, host: str, port: int) -> asyncio.Transport:
+    """The module behind a socket.  Raises `LinkError`."""
+    loop = asyncio.get_running_loop()
+    try:
+        connecting = loop.create_connection(lambda: _Socket(proxy), host, port)
+        transport, _ = await asyncio.wait_for(connecting, CONNECT_S)
+    except (OSError, TimeoutError) as error:
+        reason = getattr(error, "strerror", None) or "no answer"
+        raise LinkError(f"cannot connect to {host}:{port}: {reason}") from error
+    proxy.to_module(transport.write)
+    return transport
+
+
+class _Socket(asyncio.Protocol):
+    def __init__(self, proxy: Proxy) -> None:
+        self._proxy = proxy
+
+    def data_received(self, data: bytes) -> None:
+        self._proxy.from_module(data)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        del exc
+        self._proxy.module_gone()
