@@ -1,4 +1,4 @@
-"""What a snapshot of a busy rig costs: time to save and to load, beside pickling the whole rig, and its size.
+"""What a snapshot of a busy rig costs: time to save and to load, beside copying by pickle, and its size.
 
 python benchmarks/bench_snapshot.py
 """

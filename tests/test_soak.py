@@ -74,28 +74,50 @@ class Soak:
     """One host with its module; everything comes from `seed`.
 
     slices: a second source of random numbers, for times at which the run is cut without anything happening
+    snapshots: another one, for times at which a bench that was built anew goes on from a snapshot of this one
     """
 
-    def __init__(self, model, seed, slices=None):
-        bench = parse(BENCH)
-        self.rig = build(
-            msgspec.structs.replace(bench, module=[msgspec.structs.replace(bench.module[0], model=model)])
-        )
+    def __init__(self, model, seed, slices=None, snapshots=None):
         self.model = model
-        self.module, self.world = self.rig.modules[0], self.rig.worlds[0]
         self.random = random.Random(seed)
         self.slices = slices and random.Random(slices)
+        self.snapshots = snapshots and random.Random(snapshots)
         self.received = bytearray()
-        self.port = SerialPort(self.module, self.received.extend)
+        self.build()
         self.digest = hashlib.blake2b()
         self.book = Book(model)
         self.operations = 0
+
+    def build(self):
+        """A new bench, and the host on its line."""
+        bench = parse(BENCH)
+        self.rig = build(
+            msgspec.structs.replace(
+                bench, module=[msgspec.structs.replace(bench.module[0], model=self.model)]
+            )
+        )
+        self.module, self.world = self.rig.modules[0], self.rig.worlds[0]
+        self.port = SerialPort(self.module, self.received.extend)
+
+    def replace(self):
+        """Go on with another bench, from a snapshot; now and then back and forth again on the old one."""
+        old, data, digest = self.rig, self.rig.snapshot(), self.rig.digest()
+        if self.snapshots.random() < 0.5:
+            self.build()
+        else:
+            received = bytes(self.received)
+            old.advance(min(old.next_event(), old.now + clock.HZ))
+            self.received[:] = received
+        self.rig.restore(data)
+        assert self.rig.digest() == digest
 
     def play(self, hours):
         """Do random things for so long, then look at everything."""
         self.longest_rest_s = max(60, min(600, int(hours * 72)))
         names, weights = zip(*OPERATIONS.items(), strict=True)
         while self.rig.now < hours * 3600 * clock.HZ:
+            if self.snapshots is not None and self.snapshots.random() < 0.1:
+                self.replace()
             name = self.random.choices(names, weights)[0]
             getattr(self, name)()
             self.operations += 1
@@ -428,9 +450,11 @@ class Book:
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_nothing_is_lost_and_nothing_wedges_and_slicing_does_not_matter(model):
+def test_nothing_is_lost_or_wedges_and_neither_slices_nor_snapshots_matter(model):
     first = Soak(model, seed=model)
     digest = first.play(HOURS / len(MODELS))
     second = Soak(model, seed=model, slices=1)
     assert second.play(HOURS / len(MODELS)) == digest
+    third = Soak(model, seed=model, snapshots=1)
+    assert third.play(HOURS / len(MODELS)) == digest
     assert first.operations > 100

@@ -10,7 +10,7 @@ import pytest
 
 from tmcm34x.bench import load, simple_rig
 from tmcm34x.bench.action import Action
-from tmcm34x.bench.snapshot import SnapshotError
+from tmcm34x.bench.snapshot import SnapshotError, pack_snapshot
 from tmcm34x.clock import HZ, MS, run_until
 from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.tmcl.datagram import pack_request
@@ -154,8 +154,9 @@ def changed(data, at, by):
         (lambda data: changed(data, 0, b"X"), "not a snapshot of a bench"),
         (lambda data: changed(data, 4, b"\x63\0"), "format 99"),
         (lambda data: data[: len(data) // 2], "damaged"),
-        (lambda data: data[:22] + b"[1,2]", "damaged"),
-        (lambda data: data[:22] + b"{}", "damaged"),
+        (lambda data: data + b" ", "damaged"),
+        (lambda data: pack_snapshot((1, 2), data[6:22]), "damaged"),
+        (lambda data: data[:38] + data[38:].replace(b"1", b"2", 1), "damaged"),
     ],
 )
 def test_what_is_no_snapshot_of_this_bench_is_refused_and_changes_nothing(damage, text):
@@ -166,6 +167,21 @@ def test_what_is_no_snapshot_of_this_bench_is_refused_and_changes_nothing(damage
     with pytest.raises(SnapshotError, match=text):
         rig.restore(damage(rig.snapshot()))
     assert rig.digest() == before
+
+
+def test_every_length_and_every_changed_byte_is_refused():
+    rig, other = simple_rig(), simple_rig()
+    run_until(rig, HZ)
+    data, before = rig.snapshot(), other.digest()
+    rng = random.Random(1)
+    places = [*range(60), *(rng.randrange(len(data)) for _ in range(300))]
+    for place in places:
+        damaged = changed(data, place, bytes([data[place] ^ 1 << rng.randrange(8)]))
+        for bad in (damaged, data[:place]):
+            with pytest.raises(SnapshotError) as caught:
+                other.restore(bad)
+            assert "\n" not in str(caught.value)
+    assert other.digest() == before
 
 
 def test_a_snapshot_of_another_bench_is_refused():

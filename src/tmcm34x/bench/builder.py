@@ -69,7 +69,8 @@ def build(bench: d.Bench, eeproms: Sequence[Eeprom | None] = ()) -> Rig:
         _happening(f"event[{n}]", n, event, worlds) for n, event in numbered if event.do != "expect"
     ]
     expectations = [_expectation(f"event[{n}]", event) for n, event in numbered if event.do == "expect"]
-    rig = Rig(worlds, happenings, description=msgspec.json.encode(bench, order="deterministic"))
+    description = msgspec.json.encode(bench, order="deterministic")
+    rig = Rig(worlds, happenings, description=description, recipe=partial(build, bench))
     rig.expectations = tuple(expectations)
     return rig
 

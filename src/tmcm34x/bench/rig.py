@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, SupportsIndex
 
 from tmcm34x import clock
 from tmcm34x.bench.action import Action, perform
@@ -45,11 +46,19 @@ class Rig:
     modules: in the order of the bench file
     worlds: what hangs on each
     description: what it was built from; snapshots fit rigs of an equal description only
+    recipe: builds an equal rig anew; a copied or unpickled rig is built by it and gets the state, but nothing that
+        was added after building (ports, listeners, user functions)
     """
 
     def __init__(
-        self, worlds: Sequence[World], happenings: Iterable[Happening] = (), *, description: Value = ()
+        self,
+        worlds: Sequence[World],
+        happenings: Iterable[Happening] = (),
+        *,
+        description: Value = (),
+        recipe: Callable[[], Rig] | None = None,
     ) -> None:
+        self._recipe = recipe
         self.worlds = tuple(worlds)
         self.modules = tuple(world.module for world in worlds)
         self.now = 0
@@ -133,6 +142,12 @@ class Rig:
             self.load(before)
             raise SnapshotError("a damaged snapshot: its contents do not fit this bench") from error
 
+    def __reduce_ex__(self, protocol: SupportsIndex, /) -> str | tuple[Any, ...]:
+        """Copies and pickles are built by the recipe, where there is one: compiled chips cannot be copied otherwise."""
+        if self._recipe is None:
+            return super().__reduce_ex__(protocol)
+        return _rebuilt, (self._recipe, self.save())
+
     def _settle(self) -> None:
         """Bring the worlds to the modules' clock; what one does may concern another."""
         now = self.now
@@ -143,6 +158,12 @@ class Rig:
                 if world.dirty or world.due <= now:
                     world.settle(now)
                     waiting = True
+
+
+def _rebuilt(recipe: Callable[[], Rig], state: Value) -> Rig:
+    rig = recipe()
+    rig.load(state)
+    return rig
 
 
 def simple_rig(
@@ -173,4 +194,5 @@ def simple_rig(
     BootLoader(module)
     world = World(module, [Fitting(LoadAxis(Motor(), FREE_SHAFT)) for _ in range(3)])
     module.power_on()
-    return Rig([world], description=("simple", model, seed, instruction_clocks))
+    recipe = partial(simple_rig, model, seed=seed, instruction_clocks=instruction_clocks)
+    return Rig([world], description=("simple", model, seed, instruction_clocks), recipe=recipe)
