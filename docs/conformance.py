@@ -12,14 +12,17 @@ row of a table, from the lists below.  A pin is the key of a row, named
 from __future__ import annotations
 
 import ast
+import inspect
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from tmcm34x.bench.session.language import load
-from tmcm34x.firmware import boot
+from tmcm34x.firmware import boot, control, dispatch, parameters
 from tmcm34x.tmcl import commands
 from tmcm34x.tmcl.axis_parameters import ALL, AXIS_PARAMETERS, WITH_DRIVERS
 from tmcm34x.tmcl.commands import ASCII_COMMANDS, COMMANDS, CONTROL_FUNCTIONS
@@ -299,11 +302,71 @@ def all_pins() -> dict[str, list[Pin]]:
     return dict(found)
 
 
+SOURCE = Path(__file__).parent.parent / "src" / "tmcm34x"
+_PROGRAM = "firmware/program/execution.py"
+_PROGRAM_COMMANDS = {
+    **dict.fromkeys(
+        ("CALC", "CALCX", "COMP", "JC", "JA", "CSUB", "RSUB", "CLE"), "firmware/program/templates.py"
+    ),
+    "WAIT": "firmware/program/wait.py",
+    "STOP": _PROGRAM,
+}
+_PLACES = {
+    "CAN": "firmware/ports/can.py",
+    "WIRE": "firmware/ports/serial.py",
+    "STATUS": "tmcl/status.py",
+    "ASCII": "firmware/ports/ascii.py",
+    "BOOT": "firmware/boot.py",
+    "HINT.9.1": "firmware/reference.py",
+    "HINT.9.2": "firmware/supervision.py",
+    "HINT.9.3": "firmware/drivers.py",
+    "HINT.9.4": "firmware/ports/serial.py",
+    "GP1": "firmware/commands/parameters.py",
+    "GP2": "firmware/commands/parameters.py",
+    "PROG": _PROGRAM,
+    "UF": "firmware/commands/io.py",
+}
+"""Where rows are implemented that are in no table of functions, by the beginning of their key."""
+
+
+def _file(function: Callable[..., object]) -> str:
+    """The source file of a function, from `tmcm34x` on."""
+    plain = function.func if isinstance(function, partial) else function
+    return Path(inspect.getsourcefile(plain) or "").relative_to(SOURCE).as_posix()
+
+
+def _parameter(number: int, readers: Any, writers: Any, effects: Any = MappingProxyType({})) -> str:
+    row_and_writer = writers[number]
+    functions = (readers[number], row_and_writer[1] if row_and_writer else None, effects.get(number))
+    names = {f"`{function.__name__}`" for function in functions if function}
+    return f"firmware/parameters.py {', '.join(sorted(names))}"
+
+
+def implemented(key: str) -> str:
+    """Where a row is implemented: a file of src/tmcm34x, and for parameters the functions that read and write it."""
+    head, _, rest = key.partition(".")
+    tables = parameters.tables(343, "standard")
+    if head in _PROGRAM_COMMANDS:
+        return _PROGRAM_COMMANDS[head]
+    if head in commands.BY_MNEMONIC:
+        return _file(dispatch.HANDLERS[commands.BY_MNEMONIC[head].number])
+    if head == "CF":
+        return _file(control.HANDLERS[commands.BY_NUMBER[int(rest.split(".")[0])].key])
+    if head == "AP":
+        return _parameter(int(rest), tables.axis_readers, tables.axis_writers, parameters.EFFECTS)
+    if head == "GP":
+        number = int(rest.split("..")[0])
+        readers = {number: tables.global_readers.get(number)}
+        return _parameter(number, readers, {number: tables.global_writers.get(number)})
+    return next(place for start, place in _PLACES.items() if key.startswith(start))
+
+
 HEAD = """\
 # Conformance: what the manual describes and the tests that pin it
 
 A row for everything that the manual of firmware V4.36 lets a user do. The models are those on which the tests of the
-row run. Sessions (`tests/sessions/*.txt`, [how to read them](sessions.md)) are conversations with a module that a user
+row run; `implemented in` names the place in `src/tmcm34x`.
+Sessions (`tests/sessions/*.txt`, [how to read them](sessions.md)) are conversations with a module that a user
 could type; a session that names a row must really exercise it, and the test suite checks that it does. Where the manual
 is silent or wrong, [fidelity.md](fidelity.md) says what was chosen.
 
@@ -315,8 +378,10 @@ def page() -> str:
     pins = all_pins()
     parts = [HEAD]
     for title, rows in GROUPS.items():
-        parts.append(f"## {title}\n\n| row | what | manual | 341 | 342 | 343 | pinned by |\n")
-        parts.append("| --- | --- | --- | --- | --- | --- | --- |\n")
+        parts.append(
+            f"## {title}\n\n| row | what | manual | 341 | 342 | 343 | implemented in | pinned by |\n"
+        )
+        parts.append("| --- | --- | --- | --- | --- | --- | --- | --- |\n")
         for row in rows():
             found = pins.get(row.key, [])
             models = frozenset[int]().union(*(pin.models for pin in found))
@@ -326,6 +391,8 @@ def page() -> str:
                 f"[{Path(name).stem}](../tests/{name})" for name in sorted({pin.where for pin in found})
             )
             name = row.name.replace("|", "\\|")
-            parts.append(f"| {row.key} | {name} | {row.section} | {ticks} | {where} |\n")
+            parts.append(
+                f"| {row.key} | {name} | {row.section} | {ticks} | {implemented(row.key)} | {where} |\n"
+            )
         parts.append("\n")
     return "".join(parts).rstrip() + "\n"

@@ -32,3 +32,11 @@ def test_ranges_of_numbers_are_spelled_out():
 
 def test_the_page_is_fresh():
     assert (conformance.TESTS.parent / "docs" / "conformance.md").read_text() == conformance.page()
+
+
+@pytest.mark.parametrize("key", conformance.ROWS)
+def test_each_row_says_where_it_is_implemented(key):
+    file, _, functions = conformance.implemented(key).partition(" ")
+    text = (conformance.SOURCE / file).read_text()
+    for name in functions.replace("`", "").split(", ") if functions else ():
+        assert f"def {name}(" in text

@@ -5,7 +5,7 @@ stored.  The tables here add only what a row cannot say: the chip's register fie
 else a new value brings about.  `tables` puts rows and functions together for one model and profile.
 
 An axis parameter without an entry in `_READ` lives in `Axis.values`; writing puts the value there and then
-does what `_APPLY` says, which is also how power-on brings the stored values into effect.
+does what `EFFECTS` says, which is also how power-on brings the stored values into effect.
 
 Source: manual 6.7.5 to 6.7.12, chapters 7 and 8; fidelity FW-50 to FW-55, TMCL-18.
 """
@@ -112,7 +112,7 @@ _READ: Final[Mapping[int, AxisReader]] = {
 
 def _write_ram(core: Core, axis: Axis, number: int, value: int) -> Status:
     axis.values[number] = value
-    effect = _APPLY.get(number)
+    effect = EFFECTS.get(number)
     if effect is not None:
         effect(core, axis, number)
     return OK
@@ -194,7 +194,7 @@ def _apply_prescaler(core: Core, axis: Axis, number: int) -> None:
     encoder.configure(core, axis.motor, axis.values[number])
 
 
-_APPLY: Final[Mapping[int, Effect]] = {
+EFFECTS: Final[Mapping[int, Effect]] = {
     AP.MAX_SPEED: _apply_max_speed,
     AP.MAX_ACCELERATION: _apply_acceleration,
     AP.MAX_CURRENT: _apply_watch,
@@ -228,7 +228,7 @@ def restore_axes(core: Core) -> None:
             row.number: stored.get(row.number, row.default) for row in rows if row.number not in _READ
         }
         axis.write(RAMP_MODE, 0)
-    for number, effect in _APPLY.items():
+    for number, effect in EFFECTS.items():
         for axis in core.axes:
             if number in axis.values:
                 effect(core, axis, number)
