@@ -19,7 +19,7 @@ from typing import Any, Self, TypeVar
 from tmcm34x.host.connection import Connection
 from tmcm34x.host.line import open_line
 from tmcm34x.host.protocol import Answer
-from tmcm34x.host.steps import Pause, Step, Steps
+from tmcm34x.host.steps import Pause, Step, Steps, Work
 from tmcm34x.host.url import parse_url
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -60,20 +60,15 @@ class AsyncConnection:
     async def run(self, steps: Steps[T]) -> T:
         """Drive an operation to its end; other tasks wait for theirs."""
         async with self._turn:
-            try:
-                step = next(steps)
-                while True:
-                    step = await self._advance(steps, step)
-            except StopIteration as end:
-                result: T = end.value
-                return result
-
-    async def _advance(self, steps: Steps[T], step: Step) -> Step:
-        try:
-            answer = await self._perform(step)
-        except BaseException as error:  # the operation must leave the module safe, also when it is cancelled
-            return steps.throw(error)
-        return steps.send(answer)
+            work = Work(steps)
+            while work.step is not None:
+                try:
+                    answer = await self._perform(work.step)
+                except BaseException as error:
+                    work.throw(error)
+                else:
+                    work.send(answer)
+            return work.result
 
     async def _perform(self, step: Step) -> Any:
         if isinstance(step, Pause) and self.connection.line.real:

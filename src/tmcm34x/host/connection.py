@@ -12,7 +12,7 @@ from typing import Final, Self, TypeVar
 
 from tmcm34x.host.line import Line, open_line
 from tmcm34x.host.protocol import QUIET_S, Answer, Conversation, Counts
-from tmcm34x.host.steps import READ_MEMORY, VERSION, Clock, Follow, Pause, Step, Steps, check
+from tmcm34x.host.steps import READ_MEMORY, VERSION, Clock, Follow, Pause, Step, Steps, Work, check
 from tmcm34x.host.url import parse_url
 from tmcm34x.tmcl.datagram import SIZE, Instruction, Reply, pack_request
 from tmcm34x.tmcl.status import Status
@@ -186,22 +186,15 @@ class Connection:
     def run(self, steps: Steps[T]) -> T:
         """Drive an operation to its end; see `steps`."""
         with self._lock:
-            try:
-                step = next(steps)
-                while True:
-                    step = self._advance(steps, step)
-            except StopIteration as end:
-                result: T = end.value
-                return result
-
-    def _advance(self, steps: Steps[T], step: Step) -> Step:
-        try:
-            answer = self.perform(step)
-        except (
-            BaseException
-        ) as error:  # the operation must leave the module safe, also when it is interrupted
-            return steps.throw(error)
-        return steps.send(answer)
+            work = Work(steps)
+            while work.step is not None:
+                try:
+                    answer = self.perform(work.step)
+                except BaseException as error:
+                    work.throw(error)
+                else:
+                    work.send(answer)
+            return work.result
 
     def perform(self, step: Step) -> Answer | float | None:
         """Do one step of an operation."""

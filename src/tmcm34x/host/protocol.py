@@ -95,6 +95,17 @@ class Answer(NamedTuple):
         return unpack_reply(self.telegram)
 
 
+def decode(instruction: Instruction, telegram: bytes) -> Answer:
+    """The answer in the nine bytes that answered a command, where it is known that they did."""
+    number, type_ = instruction[:2]
+    if number == VERSION and type_ == 0 and _VERSION_TEXT.match(telegram[1:]):
+        return Answer(_OK, 0, telegram, text=telegram[1:].decode("ascii"))
+    if number == READ_MEMORY and telegram[3] != READ_MEMORY:
+        stored = Instruction(telegram[1], telegram[2], telegram[3], _value(telegram))
+        return Answer(_OK, stored.value, telegram, stored=stored)
+    return Answer(telegram[2], _value(telegram), telegram)
+
+
 class _Sent(NamedTuple):
     """A telegram whose reply has not come."""
 
@@ -323,7 +334,7 @@ class Conversation:
         """The answer to 134 or 136, which have neither status nor command in them."""
         number, type_ = self._instruction[:2]
         if number == VERSION and type_ == 0 and _VERSION_TEXT.match(window[1:]):
-            return Answer(_OK, 0, window, text=window[1:].decode("ascii"))
+            return decode(self._instruction, window)
         return self._stored(window) if number == READ_MEMORY else None
 
     def _stored(self, window: bytes) -> Answer | None:
@@ -332,8 +343,7 @@ class Conversation:
             return None
         if self._host_address not in {None, window[0]}:
             return None
-        stored = Instruction(window[1], window[2], window[3], _value(window))
-        return Answer(_OK, stored.value, window, stored=stored)
+        return decode(self._instruction, window)
 
     def _is_doubtful(self, window: bytes) -> bool:
         """Whether an answer to 134 may as well be the report of a damaged telegram: it is asked for again.
@@ -469,4 +479,5 @@ def _value(window: bytes) -> int:
 
 
 def _answer(window: bytes) -> Answer:
+    """A reply in the normal form."""
     return Answer(window[2], _value(window), window)

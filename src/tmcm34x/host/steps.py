@@ -11,8 +11,8 @@ the middle: what it does in `finally` is still driven.
 
 from __future__ import annotations
 
-from collections.abc import Generator
-from typing import Any, Final, NamedTuple, TypeVar
+from collections.abc import Callable, Generator
+from typing import Any, Final, Generic, NamedTuple, TypeVar, cast
 
 from tmcm34x.host.exceptions import DownloadModeError, RefusedError, ReplyError
 from tmcm34x.host.protocol import Answer
@@ -47,6 +47,36 @@ class Follow(NamedTuple):
 
 Step = Instruction | Pause | Clock | Follow
 Steps = Generator[Step, Any, T]
+
+
+class Work(Generic[T]):
+    """An operation under way: `step` is what to do next, None when it is over and `result` is there."""
+
+    def __init__(self, steps: Steps[T]) -> None:
+        self.step: Step | None = None
+        self._steps = steps
+        self._result: T | None = None
+        self._go(lambda: next(steps))
+
+    def send(self, answer: object) -> None:
+        """What the step gave."""
+        self._go(lambda: self._steps.send(answer))
+
+    def throw(self, error: BaseException) -> None:
+        """The step failed; what the operation does about it may be further steps."""
+        self._go(lambda: self._steps.throw(error))
+
+    @property
+    def result(self) -> T:
+        """What the operation returns."""
+        return cast("T", self._result)
+
+    def _go(self, move: Callable[[], Step]) -> None:
+        try:
+            self.step = move()
+        except StopIteration as end:
+            self.step, self._result = None, end.value
+
 
 NUMBERS: Final = {mnemonic: row.number for mnemonic, row in BY_MNEMONIC.items()}
 """Command numbers by mnemonic."""

@@ -7,7 +7,7 @@ Source: manual 7.1 and 8.1; what each parameter means: fidelity FW.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import Final, NamedTuple
 
 from tmcm34x.host.reading import Absent, Reading, Refused, Silent, Value
@@ -50,7 +50,7 @@ class Reason(NamedTuple):
 class Facts:
     """What a module says about one motor; a value that it did not say is None."""
 
-    def __init__(self, motor: int, readings: Mapping[str, Reading]) -> None:
+    def __init__(self, motor: int, readings: dict[str, Reading]) -> None:
         self.motor = motor
         self.readings = readings
 

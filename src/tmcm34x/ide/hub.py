@@ -11,10 +11,12 @@ from collections.abc import Awaitable, Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x import __version__
+from tmcm34x.host.exceptions import FileError, HostError
 from tmcm34x.ide import sequences, wire
 from tmcm34x.ide.authority import Authority
 from tmcm34x.ide.building import Built, build
 from tmcm34x.ide.debugger import Debugger
+from tmcm34x.ide.driving import run
 from tmcm34x.ide.exchange import (
     RESET_PROGRAM,
     RUN_PROGRAM,
@@ -325,18 +327,40 @@ class Hub:
     # Settings
 
     async def _export_settings(self, page: Page, call: wire.ExportSettings) -> str:
-        from tmcm34x.ide.settings import to_tmcl, to_toml, wanted
+        from tmcm34x.host import settings
+        from tmcm34x.host.items import settings_items
 
-        items = wanted(self.target.model.number)
-        values = await self.target.read(items)
-        write = to_tmcl if call.format == "tmcl" else to_toml
-        return write(self.target.model, dict(zip(items, values, strict=True)))
+        model = self.target.model
+        readings = await run(self.target.exchange, settings.read(settings_items(model.number)))
+        missing = settings.missing(readings)
+        if missing:
+            text = f"The export is not complete: {len(missing)} settings could not be read: {missing[0]}"
+            self.tell(wire.Output("error", text))
+        write = settings.to_tmcl if call.format == "tmcl" else settings.to_toml
+        return write(model.number, model.version, readings)
 
     async def _import_settings(self, page: Page, call: wire.ImportSettings) -> list[wire.Exchange]:
-        from tmcm34x.ide.settings import from_text
+        from tmcm34x.host import settings
 
-        instructions = from_text(call.text, self.target.model.number)
-        return [await self._exchange(instruction, sure=False) for instruction in instructions]
+        try:
+            found = settings.from_text(call.text, self.target.model.number)
+        except FileError as error:
+            raise wire.RefusalError("settings", f"{error}.") from error
+        exchanges: list[wire.Exchange] = []
+
+        async def exchange(instruction: Instruction) -> wire.Exchange:
+            done = await self._exchange(instruction, sure=False)
+            if any(instruction[:3] == item.write[:3] for item in found.values):
+                exchanges.append(done)
+            return done
+
+        for name in found.skipped:
+            self.tell(wire.Output("information", f"Not imported: {name}"))
+        try:
+            await run(exchange, settings.apply(found.values))
+        except HostError as error:
+            raise wire.RefusalError("module", f"The import is not complete: {error}.") from error
+        return exchanges
 
     async def _ping(self, page: Page, call: wire.Ping) -> None:
         return None

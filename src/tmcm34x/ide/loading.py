@@ -8,19 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
+from tmcm34x.host import program
+from tmcm34x.host.exceptions import HostError, VerifyError
 from tmcm34x.ide import wire
 from tmcm34x.ide.building import identity
-from tmcm34x.ide.exchange import (
-    END_MARK,
-    QUIT_DOWNLOAD,
-    READ_MEMORY,
-    RESET_PROGRAM,
-    START_DOWNLOAD,
-    STOP_PROGRAM,
-    stored,
-)
+from tmcm34x.ide.driving import run
+from tmcm34x.ide.exchange import READ_MEMORY, stored
 from tmcm34x.ide.virtual import Virtual
-from tmcm34x.tmcl.commands import PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.status import Status
 
@@ -89,46 +83,52 @@ class Loading:
                 return False
         return True
 
-    async def _store(self, program: tuple[Instruction, ...]) -> None:
-        marked = [*program, END_MARK] if len(program) < PROGRAM_SIZE else list(program)
+    async def _store(self, instructions: tuple[Instruction, ...]) -> None:
+        """Store a program and read it back."""
         self.busy, self._abort, self._loaded = True, False, ()
         self._hush(True)
+        done = 0
+
+        def progress(now: int, total: int) -> None:
+            nonlocal done
+            done = min(now, len(instructions))
+            if self._abort:
+                raise wire.RefusalError("aborted", _broken_off("STOP ALL", done))
+            if now % _EACH == 0:
+                self._tell(wire.Progress("Downloading", now, total))
+
         try:
-            await self.command(Instruction(STOP_PROGRAM))
-            await self.command(Instruction(START_DOWNLOAD))
-            await self._write(marked)
+            await run(
+                self._target.exchange, program.download(instructions, progress=progress, tell=self._say)
+            )
+        except VerifyError as error:
+            raise wire.RefusalError(
+                "verify", f"The program is not stored as it should be: {error}."
+            ) from error
+        except HostError as error:
+            raise wire.RefusalError("module", _broken_off(str(error), done)) from error
         finally:
-            await self._target.exchange(Instruction(QUIT_DOWNLOAD))
             self.busy = False
             self._hush(False)
             self._tell(wire.Progress("Downloading", 1, 1))
-        self._loaded = program
-        await self.command(Instruction(RESET_PROGRAM))
+        self._loaded = instructions
 
-    async def _write(self, marked: Sequence[Instruction]) -> None:
-        for done, instruction in enumerate(marked):
-            if self._abort:
-                raise wire.RefusalError("aborted", _broken_off("STOP ALL", done))
-            try:
-                await self.command(instruction, Status.LOADED)
-            except wire.RefusalError as error:
-                raise wire.RefusalError(error.code, _broken_off(str(error), done)) from error
-            if done % _EACH == 0:
-                self._tell(wire.Progress("Downloading", done, len(marked)))
+    def _say(self, line: str) -> None:
+        self._tell(wire.Output("information", line))
 
     async def read(self) -> list[Instruction]:
         """The program in the memory, up to its end mark."""
-        program: list[Instruction] = []
-        for address in range(PROGRAM_SIZE):
-            exchange = await self.command(Instruction(READ_MEMORY, value=address))
-            instruction = stored(bytes.fromhex(exchange.received))
-            if instruction.number == END_MARK.number:
-                break
-            program.append(instruction)
-            if address % _EACH == 0:
-                self._tell(wire.Progress("Reading", address, PROGRAM_SIZE))
-        self._tell(wire.Progress("Reading", 1, 1))
-        return program
+
+        def progress(done: int, total: int) -> None:
+            if done % _EACH == 0:
+                self._tell(wire.Progress("Reading", done, total))
+
+        try:
+            return list(await run(self._target.exchange, program.upload(progress=progress)))
+        except HostError as error:
+            raise wire.RefusalError("module", f"{error}.") from error
+        finally:
+            self._tell(wire.Progress("Reading", 1, 1))
 
     def know(self, listing: wire.Listing | None) -> None:
         """The memory holds this program, or an unknown one."""
