@@ -18,7 +18,7 @@ from tmcm34x.world.device import Constant, Previous
 
 if TYPE_CHECKING:
     from tmcm34x.bench.rig import Rig
-    from tmcm34x.board.board import SpiDevice
+    from tmcm34x.board.circuit import SpiDevice
 
 Value = int | float | str | bool | None
 Accept = Callable[[Any], bool]

@@ -29,7 +29,7 @@ from tmcm34x.world.switch import FAR, Contact, Line, Switch, noise
 
 if TYPE_CHECKING:
     from tmcm34x.bench.session.watch import Expectation
-    from tmcm34x.board.board import SpiDevice
+    from tmcm34x.board.circuit import SpiDevice
 
 MOTORS: Final = 3
 CAN_ADDRESS: Final = 71

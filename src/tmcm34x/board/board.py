@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final, Literal, Protocol
 
+from tmcm34x.board.circuit import SpiDevice
 from tmcm34x.board.models import Model
 from tmcm34x.chips.tmc429 import Tmc429
 from tmcm34x.clock import NEVER, Value, digest
@@ -34,14 +35,6 @@ _DRIVER_MASK: Final = (1 << DRIVER_BITS) - 1
 Side = Literal["left", "right"]
 
 
-class SpiDevice(Protocol):
-    """Something on the external SPI bus."""
-
-    def exchange(self, data: int, nbytes: int) -> int:
-        """One transfer of `nbytes` bytes, most significant first; returns as many."""
-        ...
-
-
 class Driver(Protocol):
     """A motor driver in the motion chip's chain."""
 
@@ -55,7 +48,7 @@ class Driver(Protocol):
 
 
 class Board:
-    """A board of one `model`; all pins idle, nothing attached."""
+    """A board of one `model`, a `circuit.Circuit` for the firmware; all pins idle, nothing attached."""
 
     def __init__(self, model: Model, *, seed: int = 0) -> None:
         self.model = model

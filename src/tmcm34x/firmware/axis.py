@@ -17,7 +17,7 @@ from tmcm34x.clock import NEVER
 from tmcm34x.tmcl.numbers import AP
 
 if TYPE_CHECKING:
-    from tmcm34x.board.board import Board
+    from tmcm34x.board.circuit import Circuit
     from tmcm34x.clock import Value
 
 RAMP: Final = 0
@@ -109,7 +109,7 @@ class Axis:
         "values",
     )
 
-    def __init__(self, board: Board, motor: int) -> None:
+    def __init__(self, board: Circuit, motor: int) -> None:
         chip, smda = board.wiring(motor)
         self.motor = motor
         self.chip = chip

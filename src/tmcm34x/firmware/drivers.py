@@ -17,7 +17,7 @@ from tmcm34x.board.models import FAST_DECAY_A, FAST_DECAY_B, ONE, TMC236_CELLS, 
 from tmcm34x.chips.registers import DATA, FIELDS, read_ram, write_ram
 
 if TYPE_CHECKING:
-    from tmcm34x.board.board import Board
+    from tmcm34x.board.circuit import Circuit
     from tmcm34x.firmware.axis import Axis
 
 LOAD_SHIFT: Final = 9
@@ -40,32 +40,32 @@ def load_of(status: int) -> int:
     return LOAD_MAX - (status >> LOAD_SHIFT)
 
 
-def status(board: Board, motor: int) -> int:
+def status(board: Circuit, motor: int) -> int:
     """The driver's last status word, 12 bits."""
     return board.driver_statuses() >> DRIVER_BITS * (2 - motor) & (1 << DRIVER_BITS) - 1
 
 
-def load(board: Board, motor: int) -> int:
+def load(board: Circuit, motor: int) -> int:
     """The load, 0..7, greater for more (axis parameter 206)."""
     return load_of(status(board, motor)) if board.model.drivers else 0
 
 
-def flags(board: Board, motor: int) -> int:
+def flags(board: Circuit, motor: int) -> int:
     """The error flags (axis parameter 208)."""
     return status(board, motor) & FLAGS
 
 
-def peek_load(board: Board, motor: int) -> int:
+def peek_load(board: Circuit, motor: int) -> int:
     """What `load` would give now, without a datagram."""
     return load_of(board.preview_driver_status(motor)) if board.model.drivers else 0
 
 
-def peek_flags(board: Board, motor: int) -> int:
+def peek_flags(board: Circuit, motor: int) -> int:
     """What `flags` would give now, without a datagram."""
     return board.preview_driver_status(motor) & FLAGS
 
 
-def datagram_words(board: Board) -> tuple[int, int]:
+def datagram_words(board: Circuit) -> tuple[int, int]:
     """The chip's low and high word: what the drivers sent with the last datagram that was asked for.
 
     Asks for another one, which the chip sends with the next microstep or by itself after a while.
@@ -75,13 +75,13 @@ def datagram_words(board: Board) -> tuple[int, int]:
     return words
 
 
-def peek_datagram_words(board: Board) -> tuple[int, int]:
+def peek_datagram_words(board: Circuit) -> tuple[int, int]:
     """What `datagram_words` gives, without asking for another datagram."""
     transfer = board.bus(0)
     return transfer(_LOW.read()) & DATA, transfer(_HIGH.read()) & DATA
 
 
-def set_pattern(board: Board, axis: Axis, speed: int, mixed_decay: int, full_step: int) -> None:
+def set_pattern(board: Circuit, axis: Axis, speed: int, mixed_decay: int, full_step: int) -> None:
     """Choose decay and current cells of a motor for a speed.
 
     mixed_decay: threshold, -1 always (axis parameter 203)
@@ -98,7 +98,7 @@ def set_pattern(board: Board, axis: Axis, speed: int, mixed_decay: int, full_ste
         write_cells(board, axis.motor * len(cells), bytes(cells))
 
 
-def read_cells(board: Board, first: int, count: int) -> bytes:
+def read_cells(board: Circuit, first: int, count: int) -> bytes:
     """Cells of the chip's RAM from an even number on: 0..63 driver chain, 64..127 microstep table."""
     transfer = board.bus(0)
     cells = bytearray()
@@ -108,7 +108,7 @@ def read_cells(board: Board, first: int, count: int) -> bytes:
     return bytes(cells)
 
 
-def write_cells(board: Board, first: int, cells: bytes) -> None:
+def write_cells(board: Circuit, first: int, cells: bytes) -> None:
     """Set cells of every motion chip's RAM from an even number on; six bits each."""
     for chip in range(len(board.model.parts)):
         transfer = board.bus(chip)

@@ -12,7 +12,7 @@ from tmcm34x.tmcl.datagram import signed32
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.board.board import Board
+    from tmcm34x.board.circuit import Circuit
 
 DIGITAL_INPUTS: Final = 0
 ANALOG_INPUTS: Final = 1
@@ -31,7 +31,7 @@ SELECT_LINES: Final = {0: 0, 2: 1, 3: 2}
 SEND_ACCUMULATOR: Final = 0x80
 
 
-def set_output(board: Board, port: int, bank: int, value: int, accumulator: int) -> Status:
+def set_output(board: Circuit, port: int, bank: int, value: int, accumulator: int) -> Status:
     """SIO: set one output to 0 or 1, or all of them to eight bits (of the accumulator for -1)."""
     if bank != DIGITAL_OUTPUTS:
         return Status.WRONG_TYPE
@@ -46,7 +46,7 @@ def set_output(board: Board, port: int, bank: int, value: int, accumulator: int)
     return Status.OK
 
 
-def get_line(board: Board, port: int, bank: int) -> tuple[Status, int]:
+def get_line(board: Circuit, port: int, bank: int) -> tuple[Status, int]:
     """GIO: an input or output line, or all eight of a digital bank."""
     if bank == ANALOG_INPUTS:
         return (Status.OK, board.analog_input(port)) if port < INPUTS else (Status.WRONG_TYPE, 0)
@@ -60,7 +60,7 @@ def get_line(board: Board, port: int, bank: int) -> tuple[Status, int]:
     return Status.WRONG_TYPE, 0
 
 
-def exchange(board: Board, bus: int, size: int, value: int, accumulator: int) -> tuple[Status, int]:
+def exchange(board: Circuit, bus: int, size: int, value: int, accumulator: int) -> tuple[Status, int]:
     """SAC: send 1..4 bytes to an external SPI device, most significant first, and return what comes back."""
     select = SELECT_LINES.get(bus & ~SEND_ACCUMULATOR)
     if select is None:
