@@ -226,6 +226,20 @@ def test_an_include_file_is_linted_as_a_part_of_its_program(call):
     assert err.startswith("sub.inc:2:5: warning[W303]")
 
 
+def test_asm_writes_one_plain_source(call):
+    put("names.inc", "Speed = 7\n")
+    put(
+        "go.tmc",
+        "#include names.inc\n#if MODEL == 342\nROR 0, Speed\n#else\nROL 0, Speed\n#endif\nGo:\n.x: JA .x\n",
+    )
+    assert call("asm", "go.tmc", "--emit-tmcl", "plain.tmc", "--model", "342")[0] == 0
+    assert Path("plain.tmc").read_text() == (
+        "// from names.inc\nSpeed = 7\n        ROR   0, Speed\nGo:\nGo_x:   JA    Go_x\n"
+    )
+    assert call("asm", "plain.tmc")[0] == 0
+    assert Path("plain.bin").read_bytes() == Path("go.bin").read_bytes()
+
+
 def test_lint_explains_a_code(call):
     status, out, err = call("lint", "--explain", "w502")
     assert (status, err) == (0, "")

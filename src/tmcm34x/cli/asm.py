@@ -17,9 +17,11 @@ from tmcm34x.cli.source_files import (
     print_diagnostics,
     write,
 )
+from tmcm34x.toolchain.formatter import format_source
 from tmcm34x.toolchain.image import pack_binary, pack_hex
 from tmcm34x.toolchain.linter import lint
 from tmcm34x.toolchain.listing import listing, symbol_file
+from tmcm34x.toolchain.structure import emit_tmcl
 
 _PATH = click.Path(dir_okay=False, path_type=Path)
 
@@ -36,6 +38,10 @@ _PATH = click.Path(dir_okay=False, path_type=Path)
     help="Write addresses and bytes beside the source.",
 )
 @click.option("--symbols", "symbols_file", type=_PATH, metavar="FILE", help="Write names with their values.")
+@click.option(
+    "--emit-tmcl", "plain_file", type=_PATH, metavar="FILE",
+    help="Write the program as one plain source: included files, #if and local labels resolved.",
+)  # fmt: skip
 @append_stop_option
 @model_option
 def command(
@@ -45,6 +51,7 @@ def command(
     include_path: tuple[Path, ...],
     listing_file: Path | None,
     symbols_file: Path | None,
+    plain_file: Path | None,
     append_stop: bool,
     model: str,
 ) -> int:
@@ -53,7 +60,7 @@ def command(
     FILE may be - for standard input. Without -o the image goes to FILE.bin. Mistakes go to standard error, all of them,
     and the exit status is 1; warnings about parameters that the model does not have come along and change nothing.
     """
-    assembly = assemble_file(file, include_path, append_stop=append_stop)
+    assembly = assemble_file(file, include_path, append_stop=append_stop, model=int(model))
     warnings = tuple(item for item in lint(assembly, model=int(model)) if item.code == "W302")
     print_diagnostics((*assembly.diagnostics, *warnings), assembly.sources)
     if not assembly.ok:
@@ -67,6 +74,8 @@ def command(
     write(target, pack_hex(program).encode() if is_hex(target) else pack_binary(program))
     if listing_file is not None:
         write(listing_file, listing(assembly).encode())
+    if plain_file is not None:
+        write(plain_file, format_source(emit_tmcl(assembly)).encode())
     if symbols_file is not None:
         write(symbols_file, symbol_file(assembly).encode())
     appended = ", the last one an appended STOP" if assembly.code and assembly.code[-1].appended else ""

@@ -86,7 +86,7 @@ def _judge(
 ) -> tuple[Assembly, tuple[Diagnostic, ...]]:
     """The program that a file is or belongs to, and what is found in the file."""
     program = program_of(path)
-    assembly = assemble_file(program, include_path, append_stop=append_stop)
+    assembly = assemble_file(program, include_path, append_stop=append_stop, model=model)
     found = (*assembly.diagnostics, *linter.lint(assembly, model=model, rules=rules))
     if program != path:
         found = tuple(item for item in found if Path(item.location.file).name == path.name)

@@ -171,9 +171,13 @@ def program_of(path: Path) -> Path:
     return path.parent / next(programs, path.name)
 
 
-def assemble_file(path: Path, include_path: Sequence[Path] = (), *, append_stop: bool = True) -> Assembly:
+def assemble_file(
+    path: Path, include_path: Sequence[Path] = (), *, append_stop: bool = True, model: int = 343
+) -> Assembly:
     """The assembly of a source file, its mistakes included; those are not printed."""
-    return assemble(read_source(path)[0], _short(path), include_reader(include_path), append_stop=append_stop)
+    return assemble(
+        read_source(path)[0], _short(path), include_reader(include_path), append_stop=append_stop, model=model
+    )
 
 
 def read_program(

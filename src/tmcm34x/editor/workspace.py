@@ -118,7 +118,12 @@ class Workspace:
         program = self._programs.get(name)
         if program is None:
             assembly = assemble(
-                self._own_text(name), name, self._include, append_stop=True, parse=parse_again
+                self._own_text(name),
+                name,
+                self._include,
+                append_stop=True,
+                parse=parse_again,
+                model=self.model,
             )
             program = self._programs[name] = Analysis(assembly, lint(assembly, model=self.model), self.model)
         return program

@@ -39,7 +39,7 @@ def build(workspace: Workspace, path: str, texts: Mapping[str, str], model: int)
         except wire.RefusalError as error:
             raise FileNotFoundError(str(error)) from error
 
-    assembly = assemble(read(path), path, include, append_stop=True)
+    assembly = assemble(read(path), path, include, append_stop=True, model=model)
     findings = (*assembly.diagnostics, *lint(assembly, model=model))
     listing = _listing(path, assembly) if assembly.ok else None
     lines = [code.location.line if code.location.file == path else 0 for code in assembly.code]

@@ -10,7 +10,7 @@ eight bytes of an instruction can hold assembles; what the module will not like 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Set
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Final, Literal, NamedTuple
@@ -32,10 +32,11 @@ from tmcm34x.toolchain.diagnostics import (
 from tmcm34x.toolchain.expressions import FUNCTIONS, ExpressionError, Operand, evaluate, names_in
 from tmcm34x.toolchain.includes import standard
 from tmcm34x.toolchain.mending import words as meanings
-from tmcm34x.toolchain.mending.files import Mistake, mend
+from tmcm34x.toolchain.mending.files import Mistake, mend, moved
 from tmcm34x.toolchain.mending.lines import changed, repair
 from tmcm34x.toolchain.mending.spelling import limit, nearest
-from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Line, Problem, parse_line
+from tmcm34x.toolchain.parser import Command, Constant, Data, Directive, Include, Line, Problem, parse_line
+from tmcm34x.toolchain.structure import MODEL, holds, local_labels
 from tmcm34x.toolchain.tokens import BLANKS, Token, make, number_value, split_lines
 
 IncludeReader = Callable[[str, str], tuple[str, str]]
@@ -101,6 +102,7 @@ class Assembly(NamedTuple):
     sources: the lines of each file, by its name, in the order of reading
     lines: each file's parsed lines, by its name
     includes: the file that each `#include` took, by its own file and line
+    left_out: files and lines of directives, and of what their conditions leave out
     """
 
     file: str
@@ -110,6 +112,7 @@ class Assembly(NamedTuple):
     sources: Mapping[str, list[str]]
     lines: Mapping[str, list[Line]]
     includes: Mapping[tuple[str, int], str]
+    left_out: Set[tuple[str, int]]
 
     @property
     def ok(self) -> bool:
@@ -146,14 +149,16 @@ def assemble(
     *,
     append_stop: bool = False,
     parse: Callable[[str], Line] = parse_line,
+    model: int = 343,
 ) -> Assembly:
     """The program in `text`.
 
     file_name: how diagnostics and the source map call it; the `include` function gets it too
     append_stop: puts a STOP at the end unless the last instruction is one, as the TMCL-IDE does (fidelity TOOL-13)
     parse: `parse_line`, or one that remembers the lines it has seen
+    model: the module that it is for, which `#if MODEL == 342` asks
     """
-    return _Assembler(include, parse).run(text, file_name, append_stop)
+    return _Assembler(include, parse, model).run(text, file_name, append_stop)
 
 
 class _Shape(NamedTuple):
@@ -180,9 +185,11 @@ _Pending = tuple[Command | Data, str, int, Line]
 
 
 class _Assembler:
-    def __init__(self, include: IncludeReader, parse: Callable[[str], Line]) -> None:
+    def __init__(self, include: IncludeReader, parse: Callable[[str], Line], model: int) -> None:
         self.include = include
         self.parse = parse
+        self.model = model
+        self.left_out: set[tuple[str, int]] = set()
         self.diagnostics: list[Diagnostic] = []
         self.symbols: dict[str, Symbol] = {}
         self.pending: list[_Pending] = []
@@ -215,6 +222,7 @@ class _Assembler:
             self.sources,
             self.lines,
             self.includes,
+            self.left_out,
         )
 
     # First pass
@@ -223,12 +231,22 @@ class _Assembler:
         self.sources[file_name] = texts = split_lines(text)
         self.lines[file_name] = lines = list(map(self.parse, texts))
         self.file = file_name
-        for mistake in mend(texts, lines):
-            self.mistake(mistake)
+        if "." in text:
+            for index, changes in local_labels(texts).items():
+                lines[index] = moved(self.parse(changed(texts[index], changes)), changes)
+        mistakes = mend(texts, lines)
         pending = self.pending
         self.open_files.append(file_name)
+        branches: list[tuple[int, bool, bool]] = []
         for number, line in enumerate(lines, 1):
             self.number = number
+            if type(line.statement) is Directive:
+                self.left_out.add((file_name, number))
+                self.directive(line.statement, branches)
+                continue
+            if branches and not branches[-1][1]:
+                self.left_out.add((file_name, number))
+                continue
             for problem in _first_kind(line.problems):
                 self.report(*problem)
             for label in line.labels:
@@ -240,10 +258,49 @@ class _Assembler:
                 pending.append((statement, file_name, number, line))
             elif isinstance(statement, Constant):
                 self.constant(statement, line)
-            else:
+            elif isinstance(statement, Include):
                 self.include_file(statement)
                 self.file = file_name
+        for number, *_ in branches:
+            self.number = number
+            self.report("E103", 0, len(texts[number - 1]), "this #if has no #endif")
+        for mistake in mistakes:
+            if (file_name, mistake.number) not in self.left_out:
+                self.mistake(mistake)
         self.open_files.pop()
+
+    def directive(self, statement: Directive, branches: list[tuple[int, bool, bool]]) -> None:
+        """Follows `#if` to `#endif`: line, whether it counts, and whether its #else would; and checks `#assert`."""
+        counts = not branches or branches[-1][1]
+        if statement.kind == "if":
+            holds = counts and self.condition(statement)
+            branches.append((self.number, holds, counts and not holds))
+        elif statement.kind == "assert":
+            if counts and not self.condition(statement):
+                text = self.sources[self.file][self.number - 1][statement.start : statement.end]
+                self.report("E402", statement.start, statement.end, f"this does not hold: {shown(text)}")
+        elif not branches:
+            text = f"#{statement.kind} without an #if above it"
+            self.report("E103", 0, len(self.sources[self.file][self.number - 1]), text)
+        elif statement.kind == "else":
+            number, _, otherwise = branches[-1]
+            branches[-1] = (number, otherwise, False)
+        else:
+            branches.pop()
+
+    def condition(self, statement: Directive) -> bool:
+        """Whether the condition of a directive holds; a wrong one does."""
+        text = self.sources[self.file][self.number - 1]
+        try:
+            return holds(text, statement.start, statement.end, self.known)
+        except ExpressionError as error:
+            self.report(*error.problem)
+            return True
+
+    def known(self, name: Token) -> float:
+        """The value of a name in a condition."""
+        own = name.text.upper() == MODEL and MODEL not in self.symbols
+        return float(self.model) if own else self.earlier_constant(name)
 
     def include_file(self, statement: Include) -> None:
         start, end, name = statement.start, statement.end, shown(statement.file)

@@ -27,6 +27,7 @@ ERRORS: Final = MappingProxyType({
     "E303": "a constant used by another one before its definition",
     "E304": "a label where a number is needed",
     "E401": "an expression without a value: division by zero, square root of a negative number, overflow",
+    "E402": "an #assert that does not hold",
     "E501": "an include file that cannot be read",
     "E502": "a file that includes itself, directly or through others",
     "E503": "include files nested too deeply",

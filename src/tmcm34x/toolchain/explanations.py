@@ -84,6 +84,11 @@ MISTAKES: Final[Mapping[str, Mistake]] = MappingProxyType({
         "Expressions are computed when the program is assembled, in floating point.",
         "        ROR   0, 500 / 0\n        STOP", "        ROR   0, 500 / 2\n        STOP",
     ),
+    "E402": Mistake(
+        "The program says what must hold: constants are out of the range that it can work with.",
+        "Speed = 3000\n#assert Speed <= 2047\n        ROR   0, Speed\n        STOP",
+        "Speed = 2000\n#assert Speed <= 2047\n        ROR   0, Speed\n        STOP",
+    ),
     "E501": Mistake(
         "The file is neither beside the one that includes it nor on the include path. While it is missing, unknown "
         "names are not reported.",

@@ -8,13 +8,16 @@ is formatting once, and the program stays the same.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.toolchain.expressions import Operand
-from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Line, parse_line
-from tmcm34x.toolchain.tokens import Token, split_lines, tokenize
+from tmcm34x.toolchain.mending.files import moved
+from tmcm34x.toolchain.mending.lines import changed
+from tmcm34x.toolchain.parser import Command, Constant, Data, Directive, Include, Line, parse_line
+from tmcm34x.toolchain.structure import local_labels
+from tmcm34x.toolchain.tokens import BLANKS, Token, split_lines, tokenize
 
 _MNEMONIC_COLUMN: Final = (8, 24)
 """Least and greatest width of the label column."""
@@ -38,10 +41,17 @@ def format_source(text: str) -> str:
 
 def lexical_mistake(text: str) -> int | None:
     """The first line, counted from 1, with a character or word that the language does not have."""
-    for number, line in enumerate(split_lines(text), 1):
-        if any(problem.code in _LEXICAL for problem in parse_line(line).problems):
+    for number, line in enumerate(_parsed(split_lines(text)), 1):
+        if any(problem.code in _LEXICAL for problem in line.problems):
             return number
     return None
+
+
+def _parsed(texts: Sequence[str]) -> list[Line]:
+    lines = [parse_line(text) for text in texts]
+    for index, changes in local_labels(texts).items():
+        lines[index] = moved(parse_line(changed(texts[index], changes)), changes)
+    return lines
 
 
 def format_expression(text: str) -> str:
@@ -65,7 +75,7 @@ class _Formatter:
         if len(texts) > 1 and not texts[-1]:
             texts = texts[:-1]
         self.texts = texts
-        self.lines = [parse_line(text) for text in texts]
+        self.lines = _parsed(texts)
         self.mnemonic_column = self.label_width()
         self.equals = self.constant_columns()
 
@@ -100,8 +110,8 @@ class _Formatter:
     def label_width(self) -> int:
         low, high = _MNEMONIC_COLUMN
         widths = [
-            len(_labels(line)) + 1
-            for line in self.lines
+            len(_labels(text, line)) + 1
+            for text, line in zip(self.texts, self.lines, strict=True)
             if line.labels and isinstance(line.statement, Command | Data)
         ]
         return max(low, *(width for width in widths if width <= high), low)
@@ -128,10 +138,12 @@ class _Formatter:
             isinstance(statement, Command) and statement.mnemonic.upper() not in BY_MNEMONIC
         ):
             return None
-        labels = _labels(line)
+        labels = _labels(text, line)
         match statement:
             case None:
                 return labels
+            case Directive():
+                return text[: len(text) if line.comment is None else line.comment].strip(BLANKS)
             case Include():
                 return f"#include {text[statement.start : statement.end]}"
             case Constant():
@@ -144,8 +156,8 @@ class _Formatter:
         return f"{labels:<{self.mnemonic_column - 1}} {body}"
 
 
-def _labels(line: Line) -> str:
-    return " ".join(f"{label.text}:" for label in line.labels)
+def _labels(text: str, line: Line) -> str:
+    return " ".join(f"{text[label.start : label.end]}:" for label in line.labels)
 
 
 def _command(text: str, command: Command) -> str:

@@ -6,6 +6,7 @@ Each line stands alone, so `parse_line` is a function of its text and nothing el
     label      = name ":"
     statement  = name "=" expression
                | "#" "include" file
+               | "#" ("if" | "assert") condition | "#" ("else" | "endif")
                | command [ operand { "," operand } ]
                | "//!" "DATA" number "," type "," motor "," value
     operand    = expression                              (a word such as ABS is an expression of one name)
@@ -36,6 +37,9 @@ _NAME: Final = r"[A-Za-z_]\w*+"
 _LABEL: Final = re.compile(rf"({_NAME}){_BLANKS}:", re.ASCII)
 _HEAD: Final = re.compile(rf"{_BLANKS}((?:{_NAME}{_BLANKS}:{_BLANKS})*+)({_NAME})?{_BLANKS}(=)?", re.ASCII)
 _NEXT_WORD: Final = re.compile(rf"{_BLANKS}({_NAME})", re.ASCII)
+_DIRECTIVES: Final = "there are #include, #if, #else, #endif and #assert"
+DIRECTIVES: Final = frozenset({"if", "else", "endif", "assert"})
+"""Those besides `#include`: see `structure`."""
 _DATA: Final = re.compile(rf"//!{_BLANKS}(DATA)\b", re.IGNORECASE | re.ASCII)
 _INCLUDE: Final = re.compile(rf"{_BLANKS}(#{_BLANKS}(\w*)){_BLANKS}", re.ASCII)
 
@@ -90,7 +94,15 @@ class Data(NamedTuple):
     end: int
 
 
-Statement = Command | Constant | Include | Data
+class Directive(NamedTuple):
+    """`#if`, `#else`, `#endif` or `#assert`, and the columns of its condition."""
+
+    kind: str
+    start: int
+    end: int
+
+
+Statement = Command | Constant | Include | Data | Directive
 
 
 class Line(NamedTuple):
@@ -204,8 +216,17 @@ def _include(text: str) -> Line:
     match = _INCLUDE.match(text)
     assert match is not None
     start, end = match.span(1)
-    if match.group(2).lower() != "include":
-        problem = Problem("E103", start, end, f"no directive {shown(match.group(1))}; there is only #include")
+    word = match.group(2).lower()
+    if word in DIRECTIVES:
+        stop, comment = _comment(text, match.end())
+        return Line((), Directive(word, match.end(), len(text[:stop].rstrip(BLANKS))), comment, ())
+    if word != "include":
+        problem = Problem(
+            "E103",
+            start,
+            end,
+            f"no directive {shown(match.group(1))}; there are #include, #if, #else, #endif and #assert",
+        )
         return Line((), None, None, (problem,))
     position = match.end()
     stop, comment = _comment(text, position)

@@ -65,7 +65,7 @@ def textmate_grammar() -> dict[str, object]:
     patterns = (
         ("keyword.other.directive.tmcl", r"//!\s*DATA\b.*$"),
         ("comment.line.double-slash.tmcl", "//.*$"),
-        ("keyword.control.directive.tmcl", r"#\s*include\b"),
+        ("keyword.control.directive.tmcl", r"#\s*(include|if|else|endif|assert)\b"),
         ("entity.name.function.label.tmcl", r"\b[A-Za-z_]\w*(?=\s*:)"),
         ("variable.other.constant.tmcl", r"\b[A-Za-z_]\w*(?=\s*=)"),
         ("support.function.tmcl", _any_of(FUNCTIONS) + r"(?=\s*\()"),

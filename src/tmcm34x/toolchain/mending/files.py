@@ -241,10 +241,12 @@ class _File:
 
 def moved(line: parser.Line, changes: Sequence[Change]) -> parser.Line:
     """A line parsed from a changed text, with the columns of the text before the changes."""
+    ordered = sorted(changes)
 
     def back(column: int) -> int:
+        """Where what begins at a column began."""
         shift = 0
-        for start, end, new in sorted(changes):
+        for start, end, new in ordered:
             if column < start + shift:
                 break
             if column < start + shift + len(new):
@@ -252,14 +254,26 @@ def moved(line: parser.Line, changes: Sequence[Change]) -> parser.Line:
             shift += len(new) - (end - start)
         return column - shift
 
+    def last(column: int) -> int:
+        """Where what ends at a column ended."""
+        shift = 0
+        for start, end, new in ordered:
+            if column <= start + shift:
+                break
+            if column <= start + shift + len(new):
+                return end
+            shift += len(new) - (end - start)
+        return column - shift
+
     def token(old: Token) -> Token:
-        return Token(old.kind, old.text, back(old.start), max(back(old.start), back(old.end - 1) + 1))
+        start = back(old.start)
+        return Token(old.kind, old.text, start, max(start, last(old.end)))
 
     def operand(old: Operand | None) -> Operand | None:
         if old is None or isinstance(old, Token):
             return old if old is None else token(old)
         steps = tuple((kind, token(where), what) for kind, where, what in old.steps)
-        return Expression(back(old.start), back(old.end - 1) + 1, steps)
+        return Expression(back(old.start), last(old.end), steps)
 
     statement = line.statement
     match statement:
@@ -267,13 +281,13 @@ def moved(line: parser.Line, changes: Sequence[Change]) -> parser.Line:
             operands = tuple(map(operand, statement.operands))
             start = back(statement.start)
             statement = statement._replace(
-                start=start, operands=operands, end=max(start, back(statement.end - 1) + 1)
+                start=start, operands=operands, end=max(start, last(statement.end))
             )
         case parser.Constant():
             statement = parser.Constant(token(statement.name), operand(statement.value))
         case parser.Include():
-            statement = statement._replace(start=back(statement.start), end=back(statement.end - 1) + 1)
-        case None:
+            statement = statement._replace(start=back(statement.start), end=last(statement.end))
+        case parser.Directive() | None:
             pass
     comment = line.comment if line.comment is None else back(line.comment)
     return parser.Line(tuple(map(token, line.labels)), statement, comment, line.problems)
