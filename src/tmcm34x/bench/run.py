@@ -11,8 +11,9 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
+from tmcm34x.chips.ramp import VELOCITY
 from tmcm34x.clock import HZ, NEVER
-from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, VELOCITY, X_TARGET, Axis
+from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, X_TARGET, Axis
 from tmcm34x.tmcl.commands import WAIT_TYPES
 
 if TYPE_CHECKING:

@@ -20,11 +20,6 @@ if TYPE_CHECKING:
     from tmcm34x.board.circuit import Circuit
     from tmcm34x.clock import Value
 
-RAMP: Final = 0
-SOFT: Final = 1
-VELOCITY: Final = 2
-"""Ramp modes (axis parameter 138)."""
-
 
 class ChipField(NamedTuple):
     """A field of a motor's registers, made ready for datagrams."""

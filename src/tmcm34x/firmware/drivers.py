@@ -15,13 +15,12 @@ from typing import TYPE_CHECKING, Final
 from tmcm34x.board.board import DRIVER_BITS
 from tmcm34x.board.models import FAST_DECAY_A, FAST_DECAY_B, ONE, TMC236_CELLS, ZERO
 from tmcm34x.chips.registers import DATA, FIELDS, read_ram, write_ram
+from tmcm34x.chips.tmc246 import LOAD_MAX, LOAD_SHIFT
 
 if TYPE_CHECKING:
     from tmcm34x.board.circuit import Circuit
     from tmcm34x.firmware.axis import Axis
 
-LOAD_SHIFT: Final = 9
-LOAD_MAX: Final = 7
 FLAGS: Final = 0xFF
 
 _LOW: Final = FIELDS["DATAGRAM_LOW_WORD"][0]

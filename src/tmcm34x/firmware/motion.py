@@ -13,8 +13,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
+from tmcm34x.chips.ramp import RAMP, VELOCITY
 from tmcm34x.chips.registers import DATA
-from tmcm34x.firmware.axis import RAMP, RAMP_MODE, V_ACTUAL, V_MAX, V_TARGET, VELOCITY, X_ACTUAL, X_TARGET
+from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_MAX, V_TARGET, X_ACTUAL, X_TARGET
 from tmcm34x.firmware.currents import started
 from tmcm34x.tmcl.numbers import AP
 from tmcm34x.tmcl.units import LARGEST

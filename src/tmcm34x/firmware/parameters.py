@@ -17,10 +17,11 @@ from functools import cache
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.board.models import CELLS
+from tmcm34x.chips.ramp import VELOCITY
 from tmcm34x.chips.registers import DATA, FIELDS
 from tmcm34x.clock import MS
 from tmcm34x.firmware import currents, drivers, encoder, motion, supervision
-from tmcm34x.firmware.axis import A_ACTUAL, MOTOR_FIELDS, PULSE_DIV, RAMP_DIV, RAMP_MODE, V_MAX, VELOCITY
+from tmcm34x.firmware.axis import A_ACTUAL, MOTOR_FIELDS, PULSE_DIV, RAMP_DIV, RAMP_MODE, V_MAX
 from tmcm34x.firmware.state import Tables
 from tmcm34x.firmware.storage import axis_rows, global_rows
 from tmcm34x.tmcl.datagram import signed32

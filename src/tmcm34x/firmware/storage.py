@@ -46,7 +46,7 @@ from tmcm34x.tmcl.commands import (
     PROGRAM_SIZE,
     USER_VARIABLES,
 )
-from tmcm34x.tmcl.datagram import Instruction, signed32
+from tmcm34x.tmcl.datagram import INSTRUCTION, Instruction, signed32
 from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS, LATER_GLOBAL_PARAMETERS, GlobalParameter
 from tmcm34x.tmcl.numbers import GP
 
@@ -60,7 +60,6 @@ _AXIS: Final = struct.Struct("<B3i")
 _GLOBAL: Final = struct.Struct("<Bi")
 _VARIABLES: Final = struct.Struct(f"<{USER_VARIABLES}i")
 _COORDINATES: Final = struct.Struct(f"<{COORDINATES - 1}i")
-_INSTRUCTION: Final = struct.Struct(">BBBi")
 _RECORD: Final = struct.Struct(f"{INSTRUCTION_SIZE}s")
 _PROGRAM_BYTES: Final = PROGRAM_SIZE * INSTRUCTION_SIZE
 
@@ -199,12 +198,12 @@ class Eeprom:
 
     def read_instruction(self, address: int) -> Instruction:
         """The instruction at `address`, 0..2047; erased memory is all zero."""
-        return Instruction(*_INSTRUCTION.unpack_from(self.program, address * INSTRUCTION_SIZE))
+        return Instruction(*INSTRUCTION.unpack_from(self.program, address * INSTRUCTION_SIZE))
 
     def write_instruction(self, address: int, instruction: Instruction) -> None:
         """Store `instruction` at `address`, 0..2047."""
         number, type_, motor, value = instruction
-        record = _INSTRUCTION.pack(number, type_, motor, signed32(value))
+        record = INSTRUCTION.pack(number, type_, motor, signed32(value))
         _RECORD.pack_into(self.program, address * INSTRUCTION_SIZE, record)
         self._changed(Change(Cell.INSTRUCTION, 0, address, int.from_bytes(record, "little")))
 
@@ -294,7 +293,7 @@ def _table(cell: Cell, cells: bytes) -> tuple[Change, ...]:
 
 
 def _instruction(value: int) -> Instruction:
-    return Instruction(*_INSTRUCTION.unpack(value.to_bytes(INSTRUCTION_SIZE, "little")))
+    return Instruction(*INSTRUCTION.unpack(value.to_bytes(INSTRUCTION_SIZE, "little")))
 
 
 def _replaced(cells: bytes, change: Change) -> bytes:

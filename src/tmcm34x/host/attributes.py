@@ -84,9 +84,10 @@ class AxisAttributes:
     load_value = Readable("load_value")
     """Load as the driver measures it, greater for more load. 0..7, parameter 206. Only TMCM-341 and 343."""
     driver_error_flags = Readable("driver_error_flags")
-    """Bits 0, 1: overcurrent low side A, B; 2, 3: open load A, B; 4: overcurrent high side; 5:
-    undervoltage; 6: temperature warning; 7: overtemperature. 0..255 [bit mask], parameter 208. Only
-    TMCM-341 and 343."""
+    """What the driver reports: 0 overcurrent on the low side of bridge A, 1 overcurrent on the low side of
+    bridge B, 2 open load on bridge A, 3 open load on bridge B, 4 overcurrent on the high side, 5
+    undervoltage, 6 temperature warning, 7 overtemperature. 0..255 [bit mask], parameter 208. Only TMCM-341
+    and 343."""
     encoder_position = Writable("encoder_position")
     """Counter of the axis's encoder on a TMCM-323. -8388608..8388607 [encoder steps], parameter 209."""
     encoder_prescaler = Writable("encoder_prescaler")

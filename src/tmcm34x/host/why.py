@@ -27,11 +27,6 @@ _AXIS: Final = (
 _DRIVER: Final = ("driver_error_flags", "load_value")
 _GLOBAL: Final = ("shutdown_pin", "application_status", "download_mode", "eeprom_lock")
 _VELOCITY_MODE: Final = 2
-_FLAGS: Final = (
-    "overcurrent on the low side of bridge A", "overcurrent on the low side of bridge B", "open load on bridge A",
-    "open load on bridge B", "overcurrent on the high side", "undervoltage", "temperature warning", "overtemperature",
-)  # fmt: skip
-"""Bits of the driver error flags (208)."""
 
 
 class Reason(NamedTuple):
@@ -183,7 +178,7 @@ def _toward(facts: Facts) -> int:
 
 def _driver(facts: Facts) -> Iterator[Reason]:
     flags = facts["driver_error_flags"] or 0
-    for bit, what in enumerate(_FLAGS):
+    for bit, what in enumerate(AXIS_KEYS["driver_error_flags"].bits):
         if flags >> bit & 1:
             yield Reason(
                 f"The motor driver reports {what}",

@@ -25,8 +25,6 @@ VERSION: Final = CONTROL.GET_FIRMWARE_VERSION
 FACTORY_RESET: Final = CONTROL.RESTORE_FACTORY_SETTINGS
 ASCII_MODE: Final = CONTROL.ENTER_ASCII_MODE
 
-END_MARK: Final = Instruction(0)
-
 
 def text_of(instruction: Instruction) -> str:
     """The command as a person would write it, or its meaning and numbers."""

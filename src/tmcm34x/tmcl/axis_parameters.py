@@ -13,6 +13,7 @@ models    modules that have it
 meaning   in our words
 choices   values with a name
 effect    what reading it does in the module; empty where reading does nothing
+bits      what each bit stands for, lowest first
 
 `kind` says what a value is; it follows from the other columns.
 
@@ -72,6 +73,7 @@ class AxisParameter(NamedTuple):
     choices: Choices = ()
     effect: str = ""
     section: str = "7.1"
+    bits: tuple[str, ...] = ()
 
     @property
     def kind(self) -> Kind:
@@ -94,6 +96,10 @@ class AxisParameter(NamedTuple):
         return "E" in self.access
 
 
+_DRIVER_FLAGS: Final = (
+    "overcurrent on the low side of bridge A", "overcurrent on the low side of bridge B", "open load on bridge A",
+    "open load on bridge B", "overcurrent on the high side", "undervoltage", "temperature warning", "overtemperature",
+)  # fmt: skip
 _ASKS_DRIVERS: Final = "sends the motor drivers a datagram"
 
 AXIS_PARAMETERS: Final[tuple[AxisParameter, ...]] = (
@@ -220,8 +226,8 @@ AXIS_PARAMETERS: Final[tuple[AxisParameter, ...]] = (
     ),
     AxisParameter(
         208, "driver_error_flags", "driver error flags", "R", 0, 255, 0, "bit mask", WITH_DRIVERS,
-        "Bits 0, 1: overcurrent low side A, B; 2, 3: open load A, B; 4: overcurrent high side; 5: undervoltage; "
-        "6: temperature warning; 7: overtemperature.", effect=_ASKS_DRIVERS,
+        "What the driver reports: " + ", ".join(f"{bit} {name}" for bit, name in enumerate(_DRIVER_FLAGS)) + ".",
+        effect=_ASKS_DRIVERS, bits=_DRIVER_FLAGS,
     ),
     AxisParameter(
         209, "encoder_position", "encoder position", "RW", POSITION_MIN, POSITION_MAX, 0, "encoder steps", ALL,
@@ -266,6 +272,7 @@ LATER_AXIS_PARAMETERS: Final[tuple[AxisParameter, ...]] = (
     AxisParameter(
         207, "extended_error_flags", "extended error flags", "R", 0, 3, 0, "bit mask", ALL,
         "Why the motor was stopped: bit 0 stall, bit 1 deviation; 0 again with the next motion command.", section="",
+        bits=("stall", "deviation"),
     ),
 )  # fmt: skip
 """Axis parameters of later firmware, which a module with the profile "later" has too (fidelity TMCL-18)."""

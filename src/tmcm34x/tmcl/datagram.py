@@ -22,7 +22,8 @@ REPLY_BODY: Final = struct.Struct(">BBBBi")
 """Host address, module address, status, command, value: a reply without its checksum."""
 TELEGRAM: Final = struct.Struct(">BBBBiB")
 """Address, command, type, motor, value, checksum: a whole request."""
-_CAN_REQUEST = struct.Struct(">BBBi")
+INSTRUCTION: Final = struct.Struct(">BBBi")
+"""Command, type, motor, value: what program memory and image files hold, and a CAN request."""
 
 
 class Instruction(NamedTuple):
@@ -32,6 +33,10 @@ class Instruction(NamedTuple):
     type: int = 0
     motor: int = 0
     value: int = 0
+
+
+END_MARK: Final = Instruction(0)
+"""What erased program memory holds, and what the TMCL-IDE sends as the last instruction of a download."""
 
 
 class Reply(NamedTuple):
@@ -88,13 +93,13 @@ def unpack_reply(telegram: bytes | bytearray | memoryview) -> Reply:
 
 def pack_can_request(instruction: Instruction, size: int = 7) -> bytes:
     """The data bytes of a CAN frame with `instruction`; an eighth byte is 0."""
-    return _CAN_REQUEST.pack(*instruction) + bytes(size - 7)
+    return INSTRUCTION.pack(*instruction) + bytes(size - 7)
 
 
 def unpack_can_request(data: bytes | bytearray | memoryview) -> Instruction:
     """The instruction in seven or eight CAN data bytes; `ValueError` for another number of them."""
     _check_can(data)
-    return Instruction(*_CAN_REQUEST.unpack_from(data))
+    return Instruction(*INSTRUCTION.unpack_from(data))
 
 
 def pack_can_reply(reply: Reply, size: int = 7) -> bytes:
@@ -110,7 +115,7 @@ def unpack_can_reply(data: bytes | bytearray | memoryview, host: int = 0) -> Rep
 
 def pack_record(instruction: Instruction) -> bytes:
     """The eight bytes of `instruction` in a program image file: no address, 8-bit sum last."""
-    body = _CAN_REQUEST.pack(*instruction)
+    body = INSTRUCTION.pack(*instruction)
     return body + bytes((sum(body) & 0xFF,))
 
 
@@ -120,7 +125,7 @@ def unpack_record(record: bytes | bytearray | memoryview) -> Instruction:
         raise ValueError(f"a record has {RECORD_SIZE} bytes, not {len(record)}")
     if checksum(record[:-1]) != record[-1]:
         raise ChecksumError(f"checksum {record[-1]:#04x}, expected {checksum(record[:-1]):#04x}")
-    return Instruction(*_CAN_REQUEST.unpack_from(record))
+    return Instruction(*INSTRUCTION.unpack_from(record))
 
 
 def _check(telegram: bytes | bytearray | memoryview) -> None:

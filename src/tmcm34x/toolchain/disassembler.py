@@ -13,15 +13,13 @@ from typing import Final
 
 from tmcm34x.tmcl import axis_parameters, global_parameters
 from tmcm34x.tmcl.commands import BY_NUMBER, Operand
-from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.datagram import END_MARK, Instruction
 from tmcm34x.tmcl.mnemonic import format_instruction
 
 _CALLS: Final = frozenset(row.number for row in BY_NUMBER.values() if row.mnemonic == "CSUB")
 _JUMPS: Final = frozenset(row.number for row in BY_NUMBER.values() if row.mnemonic in ("JA", "JC")) | _CALLS
 _MNEMONIC_COLUMN: Final = 8
 _COMMENT_COLUMN: Final = 36
-END_MARK: Final = Instruction(0)
-"""What the TMCL-IDE sends as the last instruction of a download, and what empty memory reads as."""
 
 
 def disassemble(program: Sequence[Instruction], *, explain: bool = True) -> str:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Final, Protocol
 
+from tmcm34x.chips.ramp import VELOCITY
 from tmcm34x.clock import MS, NEVER, Timed
 from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.history import History, HistoryError
@@ -18,7 +19,7 @@ from tmcm34x.debug.reverse import Write, last_write, previous_command, previous_
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Listener, Text
 from tmcm34x.debug.sessions.local import LocalSession, error_text
 from tmcm34x.debug.watches import Watch
-from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, VELOCITY, Axis
+from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, Axis
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig

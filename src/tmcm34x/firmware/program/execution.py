@@ -26,13 +26,13 @@ from tmcm34x.firmware.program.ahead import Ahead
 from tmcm34x.firmware.program.counts import Counts
 from tmcm34x.firmware.program.foreign import PROGRAM_ONLY, STOP, WAIT, misuse, reads
 from tmcm34x.firmware.program.machine import Machine
-from tmcm34x.firmware.program.memory import END, Memory
+from tmcm34x.firmware.program.memory import Memory
 from tmcm34x.firmware.program.polling import Cycle, Polling
 from tmcm34x.firmware.program.registers import ERROR_FLAGS, Registers
 from tmcm34x.firmware.program.state import ProgramError, State
 from tmcm34x.firmware.program.wait import Wait
 from tmcm34x.tmcl.commands import USER_VARIABLES
-from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.datagram import END_MARK, Instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
@@ -256,7 +256,7 @@ class Execution:
         elif instruction.number == STOP:
             self._go_on(address, now)
             self._halt()
-        elif instruction.number == END.number:
+        elif instruction.number == END_MARK.number:
             self.last_error = ProgramError(address, Status.INVALID_COMMAND)
             self._halt()
         elif instruction.number in PROGRAM_ONLY:

@@ -8,14 +8,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.tmcl.commands import BY_NUMBER, PROGRAM_SIZE
-from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.datagram import END_MARK, Instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.storage import Eeprom
 
-END: Final = Instruction(0)
-"""What erased memory holds, and what stands behind its last command."""
 _PROTECTION: Final = 81
 _NO_READING, _NO_WRITING = 1, 2
 """Bits of global parameter 81."""
@@ -34,7 +32,7 @@ class Memory:
 
     def __getitem__(self, address: int) -> Instruction:
         """The command at an address from 0 up."""
-        return self._eeprom.read_instruction(address) if address < PROGRAM_SIZE else END
+        return self._eeprom.read_instruction(address) if address < PROGRAM_SIZE else END_MARK
 
     @property
     def _protection(self) -> int:
