@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import socket
-from collections.abc import AsyncIterator
+import struct
+from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -149,7 +150,9 @@ class Window:
         self.events: list[wire.Event] = []
         self.frames: list[bytes] = []
         self.state: dict[str, dict[str, float]] = {}
-        self.watched: list[int] = []
+        self.watched: list[int | None] = []
+        self.rows: list[tuple[float, dict[int, int | None]]] = []
+        """Samples: time and, by column, values; None is unknown."""
         self._news = asyncio.Event()
         self._numbers = iter(range(1, 1 << 30))
 
@@ -163,6 +166,9 @@ class Window:
             self._news.set()
 
     def _take(self, frame: bytes) -> None:
+        if frame[0] == 0:
+            self.rows += list(_rows(frame[1:]))
+            return
         at = 1
         for index, group in enumerate(wire.GROUPS):
             if frame[0] & 1 << index:
@@ -170,13 +176,14 @@ class Window:
                 self.state[group.name] = dict(zip([row.name for row in group.rows], values, strict=True))
                 at += group.layout.size
         if frame[0] & 1 << wire.WATCH_BIT:
-            self.watched = [
-                int.from_bytes(frame[n : n + 4], "little", signed=True) for n in range(at, len(frame), 4)
+            values = [
+                int.from_bytes(frame[n : n + 4], "little", signed=True) for n in range(at + 1, len(frame), 4)
             ]
+            self.watched = [value if frame[at] & 1 << n else None for n, value in enumerate(values)]
             at = len(frame)
         assert at == len(frame)
 
-    async def until(self, holds: Any, timeout_s: float = 10.0) -> None:
+    async def until(self, holds: Any, timeout_s: float = 30.0) -> None:
         """Wait until `holds()` is true."""
         async with asyncio.timeout(timeout_s):
             while not holds():
@@ -215,6 +222,16 @@ class Window:
 
     async def execute(self, line: str) -> dict[str, Any]:
         return await self.call(wire.ExecuteText(line))
+
+
+def _rows(data: bytes) -> Iterator[tuple[float, dict[int, int | None]]]:
+    while data:
+        when, looked, known = struct.unpack_from("<dQQ", data)
+        columns = [at for at in range(64) if looked & 1 << at]
+        values = struct.unpack_from(f"<{len(columns)}i", data, 24)
+        pairs = zip(columns, values, strict=True)
+        yield when, {at: value if known & 1 << at else None for at, value in pairs}
+        data = data[24 + 4 * len(columns) :]
 
 
 def virtual(

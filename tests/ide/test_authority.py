@@ -154,7 +154,7 @@ def test_what_belongs_to_a_closed_window_comes_to_rest(tmp_path):
 
 
 def test_what_belongs_to_a_silent_window_comes_to_rest(tmp_path, monkeypatch):
-    monkeypatch.setattr("tmcm34x.ide.authority.PATIENCE_S", 0.3)
+    monkeypatch.setattr("tmcm34x.ide.motions.PATIENCE_S", 0.3)
 
     async def scenario(ide, page):
         async with ide.page() as other:
@@ -208,7 +208,7 @@ def test_motors_go_to_a_stored_coordinate(tmp_path):
             await page.execute(f"SCO 3, {motor}, {position}")
         await page.call(wire.Go(3, [0, 1]))
         assert (await _ended(page, "go")).complete
-        assert [page.state[f"motor{motor}"]["position"] for motor in (0, 1)] == [1500, -700]
+        await page.until(lambda: [page.state[f"motor{n}"]["position"] for n in (0, 1)] == [1500, -700])
         assert await page.refusal(wire.Go(3, [])) == "range"
 
     _go(tmp_path, scenario)

@@ -14,7 +14,9 @@ BUDGET = 800_000
 
 
 def _a_value_for(code: str, number: int) -> float:
-    return {"B": 200, "H": 50_000, "h": -3_000, "i": -100_000, "f": 0.5, "d": 2.0**40}[code] + number
+    return {"B": 200, "H": 50_000, "h": -3_000, "i": -100_000, "I": 3_000_000_000, "f": 0.5, "d": 2.0**40}[
+        code
+    ] + number
 
 
 def test_the_pages_logic_passes_its_own_tests():
@@ -24,11 +26,11 @@ def test_the_pages_logic_passes_its_own_tests():
         values = {row.name: _a_value_for(row.code, number) for number, row in enumerate(group.rows)}
         expected[group.name] = values
         put(state, group.name, *values.values())
-    expected["watched"] = [1, -2]
+    expected["watched"] = [1, None, -2]
     built()
     result = subprocess.run(
         [NODE, "test.mjs"], cwd=WEB, capture_output=True, text=True, check=False,
-        env={**os.environ, "FRAME": Frames().frame(state, [1, -2]).hex(), "EXPECTED": json.dumps(expected)},
+        env={**os.environ, "FRAME": Frames().frame(state, [1, None, -2]).hex(), "EXPECTED": json.dumps(expected)},
     )  # fmt: skip
     assert result.returncode == 0, result.stdout + result.stderr
 

@@ -124,6 +124,21 @@ def test_upload_gives_back_source_for_what_was_downloaded(tmp_path):
     _go(tmp_path, scenario)
 
 
+def test_an_uploaded_text_is_known_as_the_module_s_program(tmp_path):
+    path = _write(tmp_path)
+
+    async def scenario(ide, page):
+        listing = (await page.call(wire.Download(path)))["listing"]
+        await page.event(wire.Loaded)
+        text = await page.call(wire.Upload())
+        assert await page.call(wire.Adopt("up.tmc", {"up.tmc": text}))
+        known = (await page.event(wire.Loaded)).listing
+        assert (known.path, known.identity) == ("up.tmc", listing["identity"])
+        assert not await page.call(wire.Adopt("up.tmc", {"up.tmc": text + "ROR 0, 1\n"}))
+
+    _go(tmp_path, scenario)
+
+
 def test_a_program_stored_by_somebody_else_takes_the_listing_away(tmp_path):
     path = _write(tmp_path)
 
@@ -298,7 +313,7 @@ def test_watched_parameters_come_with_the_state(tmp_path):
     async def scenario(ide, page):
         await page.execute("SGP 7, 2, 4711")
         await page.call(wire.Watch([wire.Watched(2, 7, 0), wire.Watched(-1, 4, 1), wire.Watched(-1, 250, 0)]))
-        await page.until(lambda: page.watched == [4711, 1000, 0])
+        await page.until(lambda: page.watched == [4711, 1000, None])
 
     _go(tmp_path, scenario)
 

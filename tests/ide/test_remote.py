@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import socket
 import threading
 
@@ -241,6 +242,40 @@ def test_nothing_moves_before_it_is_armed_and_everything_can_be_stopped(tmp_path
     _go(tmp_path, scenario)
 
 
+def test_the_debugger_s_console_moves_nothing_before_it_is_armed(tmp_path):
+    (tmp_path / "a.tmc").write_text(STEPS)
+
+    async def scenario(bench, ide, page):
+        await page.call(wire.Download("a.tmc"))
+        await page.call(wire.Arm(False))
+        async with ide.debugger() as editor:
+            for text in ("ROR 0, 100", "ap[target_position][0] = 9000"):
+                assert "Not armed" in await editor.fail("evaluate", expression=text, context="repl")
+            assert "Not armed" in await editor.fail("setExpression", expression="ap[0][0]", value="9")
+            for request in ("continue", "stepIn", "restartFrame"):
+                assert "Not armed" in await editor.fail(request, threadId=1)
+            assert (await editor.do("evaluate", expression="ap[3][0]", context="repl"))["result"] == "0"
+        assert [_turns(bench, motor) for motor in range(3)] == [0, 0, 0]
+
+    _go(tmp_path, scenario)
+
+
+def test_the_ascii_interface_has_a_way_back_and_stop_all_takes_it(tmp_path):
+    async def scenario(bench, ide, page):
+        await page.until(lambda: page.state.get("motor0"))
+        for leave in (wire.SendAscii("BIN"), wire.StopAll()):
+            await page.call(wire.Execute(139, sure=True))
+            await page.event(wire.Link, lambda event: event.ascii)
+            assert (await page.execute("GAP 4, 0"))["status"] == 0
+            assert "BA 100 1000" in await page.call(wire.SendAscii("GAP 4, 0"))
+            assert await page.refusal(wire.SendAscii("ROR 0, 100")) == "disarmed"
+            await page.call(leave)
+            await page.until(lambda: ide.hub.target.link.up)
+            assert (await page.execute("GAP 4, 0"))["value"] == 1000
+
+    _go(tmp_path, scenario)
+
+
 def test_a_lost_line_disarms(tmp_path):
     async def scenario(bench, ide, page):
         await page.call(wire.Turn(0, 300))
@@ -314,6 +349,105 @@ def test_motors_that_turn_already_are_told_of(tmp_path):
         bench.stop()
 
 
+def test_the_ide_follows_its_own_change_of_the_address(tmp_path):
+    async def scenario(bench, ide, page):
+        await page.call(wire.ExecuteText("SGP 66, 0, 9", sure=True))
+        assert (await page.execute("GGP 66, 0"))["value"] == 9
+        assert "address 9" in (await page.event(wire.Link, lambda event: "address 9" in event.place)).place
+
+    _go(tmp_path, scenario)
+
+
+def test_a_model_is_known_when_the_module_has_said_it(tmp_path):
+    async def scenario(bench, ide, page):
+        await page.call(wire.ExecuteText("SGP 66, 0, 9", sure=True))
+        url, telegrams = f"tcp://{bench.address}", Telegrams()
+        remote = await asyncio.to_thread(Remote, url, 9600, 3, telegrams)
+        async with running(tmp_path, (remote, telegrams)) as other:
+            assert not other.hub.welcome(1).model.known
+            async with other.page() as wrong:
+                assert await wrong.refusal(wire.Arm(True)) == "silent"
+                await page.call(wire.ExecuteText("SGP 66, 0, 3", sure=True))
+                begun = await wrong.event(wire.Welcome)
+                assert (begun.model.known, begun.model.number) == (True, 341)
+
+    _go(tmp_path, scenario, 341)
+
+
+def test_what_a_module_has_not_said_is_unknown_and_not_zero(tmp_path):
+    peer = Peer()
+
+    async def run():
+        telegrams = Telegrams()
+        remote = await asyncio.to_thread(Remote, peer.url, 9600, 1, telegrams)
+        peer.refused = bytes((6, 3))
+        async with running(tmp_path, (remote, telegrams)) as ide, ide.page() as page:
+            await page.until(lambda: page.state and page.state["quality"]["seen"] > 0)
+            rows = [row.name for row in wire.GROUPS[2].rows]
+            unknown = int(page.state["quality"]["motor0"])
+            assert unknown & 1 << rows.index("speed")
+            assert unknown & 1 << rows.index("place")
+            assert not unknown & 1 << rows.index("position")
+
+    asyncio.run(run())
+
+
+@pytest.mark.parametrize("action", ["store", "restore"])
+def test_one_damaged_reply_in_thirteen_ends_no_sequence(tmp_path, action):
+    peer = Peer()
+
+    async def run():
+        telegrams = Telegrams()
+        remote = await asyncio.to_thread(Remote, peer.url, 9600, 1, telegrams)
+        peer.damage_each = 13
+        async with running(tmp_path, (remote, telegrams)) as ide, ide.page(rate_hz=0) as page:
+            await page.call(wire.Keep(action, [wire.Watched(-1, 4, motor % 3) for motor in range(30)]))
+            ended = await page.event(wire.MotionEnded)
+            assert (ended.complete, ended.text[:9]) == (True, "30 values")
+
+    asyncio.run(run())
+
+
+def test_an_export_is_complete_or_says_so(tmp_path):
+    peer = Peer()
+
+    async def run():
+        telegrams = Telegrams()
+        remote = await asyncio.to_thread(Remote, peer.url, 9600, 1, telegrams)
+        async with running(tmp_path, (remote, telegrams)) as ide, ide.page(rate_hz=0) as page:
+            text = await page.call(wire.ExportSettings("toml"))
+            assert text.count("max_speed = 0") == 3
+            peer.refused = bytes((6, 4))
+            await page.call(wire.ExportSettings("toml"))
+            assert "not complete: 3 settings" in (await page.event(wire.Output)).text
+
+    asyncio.run(run())
+
+
+def test_a_line_lost_in_the_middle_ends_a_sequence_and_says_how_far_it_came(tmp_path):
+    async def scenario(bench, ide, page):
+        await page.call(wire.Keep("store", [wire.Watched(-1, 4, motor % 3) for motor in range(3000)]))
+        await page.event(wire.Progress, lambda event: event.done > 0)
+        await asyncio.to_thread(bench.stop)
+        ended = await page.event(wire.MotionEnded)
+        assert not ended.complete
+        assert ended.text
+
+    _go(tmp_path, scenario)
+
+
+def test_each_reading_is_a_sample_and_a_lost_line_is_a_gap(tmp_path):
+    async def scenario(bench, ide, page):
+        await page.until(lambda: {next(iter(values)) for _, values in page.rows} >= {0, 2, 8, 10})
+        assert all(sooner <= later for (sooner, _), (later, _) in itertools.pairwise(page.rows))
+        await page.execute("SGP 255, 0, 1")
+        await page.until(lambda: len(page.rows[-1][1]) > 8 and set(page.rows[-1][1].values()) == {None})
+        await page.execute("SGP 255, 0, 0")
+        await page.until(lambda: None not in page.rows[-1][1].values())
+
+    _go(tmp_path, scenario)
+
+
 class Peer:
     """The other end of a line that a test holds in its hand."""
 
@@ -321,34 +455,56 @@ class Peer:
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.url = f"tcp://127.0.0.1:{self._listener.getsockname()[1]}"
         self.received: list[bytes] = []
-        self.answering = True
+        self._answering = True
+        self.damage_each = 0
+        """Each so many replies one has a wrong sum; 0 is none."""
+        self.refused = b""
+        """Command and type of a request that is refused."""
+        self._connection: socket.socket | None = None
         self._news = threading.Condition()
         threading.Thread(target=self._serve, daemon=True).start()
 
     def _serve(self) -> None:
-        connection, _ = self._listener.accept()
-        with connection:
+        self._connection, _ = self._listener.accept()
+        with self._connection as connection:
             while len(telegram := connection.recv(9, socket.MSG_WAITALL)) == 9:
                 with self._news:
                     self.received.append(telegram)
                     self._news.notify_all()
-                if self.answering:
-                    connection.sendall(_answer(telegram))
+                    if self._answering:
+                        reply = _answer(telegram, self.refused)
+                        damaged = self.damage_each and len(self.received) % self.damage_each == 0
+                        connection.sendall(reply[:-1] + bytes((reply[-1] ^ 255,)) if damaged else reply)
         self._listener.close()
+
+    def hold_replies(self) -> None:
+        """Send no reply until `release_replies`."""
+        with self._news:
+            self._answering, self._held = False, len(self.received)
+
+    def release_replies(self) -> None:
+        """Send all replies that were held."""
+        assert self._connection is not None
+        with self._news:
+            self._answering = True
+            for telegram in self.received[self._held :]:
+                self._connection.sendall(_answer(telegram))
 
     def wait(self, test) -> None:
         with self._news:
             assert self._news.wait_for(test, 10)
 
 
-def _answer(telegram: bytes) -> bytes:
+def _answer(telegram: bytes, refused: bytes = b"") -> bytes:
     if telegram[1] == 136:
         return b"\x02343V4.36"
-    reply = bytes((2, telegram[0], 100, telegram[1], 0, 0, 0, 0))
+    status = 3 if telegram[1:3] == refused else 100
+    reply = bytes((2, telegram[0], status, telegram[1], 0, 0, 0, 0))
     return reply + bytes((sum(reply) & 255,))
 
 
-def test_stop_all_goes_out_before_what_is_waited_for_and_what_is_queued(tmp_path):
+def test_stop_all_goes_out_before_what_is_waited_for_and_what_is_queued(tmp_path, monkeypatch):
+    monkeypatch.setattr("tmcm34x.ide.remote.TIMEOUT_S", 10.0)
     peer = Peer()
 
     async def run():
@@ -356,7 +512,7 @@ def test_stop_all_goes_out_before_what_is_waited_for_and_what_is_queued(tmp_path
         remote = await asyncio.to_thread(Remote, peer.url, 9600, 1, telegrams)
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page(rate_hz=0) as page:
             await page.call(wire.Arm(True))
-            peer.answering = False
+            peer.hold_replies()
             waiting = asyncio.create_task(page.execute("GGP 66, 0"))
             await asyncio.to_thread(peer.wait, lambda: any(t[1:3] == bytes((10, 66)) for t in peer.received))
             queued = asyncio.ensure_future(ide.hub.target.exchange(Instruction(1, 0, 0, 100)))
@@ -365,8 +521,8 @@ def test_stop_all_goes_out_before_what_is_waited_for_and_what_is_queued(tmp_path
             await asyncio.to_thread(peer.wait, lambda: len(peer.received) >= at + 4)
             assert [(t[1], t[3]) for t in peer.received[at : at + 4]] == [(128, 0), (3, 0), (3, 1), (3, 2)]
             assert not waiting.done()
-            peer.answering = True
-            assert (await waiting)["status"] == 0
+            peer.release_replies()
+            assert (await waiting)["status"] == 100
             assert "not sent" in (await queued).meaning
             assert all(t[1] != 1 for t in peer.received)
 

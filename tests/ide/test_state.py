@@ -23,8 +23,9 @@ def test_a_page_gets_everything_once_and_then_only_what_changed():
 def test_watched_values_come_last_and_only_when_they_change():
     frames, state = Frames(), empty()
     frames.frame(state)
-    assert frames.frame(state, [1, -2]) == bytes((1 << wire.WATCH_BIT, 1, 0, 0, 0, 0xFE, 0xFF, 0xFF, 0xFF))
-    assert frames.frame(state, [1, -2]) == b""
+    expected = bytes((1 << wire.WATCH_BIT, 0b101, 1, 0, 0, 0, 0, 0, 0, 0, 0xFE, 0xFF, 0xFF, 0xFF))
+    assert frames.frame(state, [1, None, -2]) == expected
+    assert frames.frame(state, [1, None, -2]) == b""
 
 
 def test_flags_count_from_bit_0():

@@ -5,6 +5,7 @@ export const WATCH_BIT = 7;
 export const MOTOR_FLAGS = { left: 1, right: 2, home: 4, reached: 8, left_off: 16, right_off: 32, energised: 64, stalled: 128 } as const;
 export const TIME_FLAGS = { paused: 1, powered: 2, plugged: 4 } as const;
 export const PROGRAM_FLAGS = { zero: 1, equal: 2, lower: 4, greater: 8, eto: 16, eal: 32, edv: 64, epo: 128, esd: 256, downloading: 512 } as const;
+export const CURVES = ["position", "target", "speed", "target_speed", "load", "current", "encoder", "acceleration"] as const;
 
 export interface TimeState {
     /** virtual time in chip clocks; wall time of the sample on a real module */
@@ -78,6 +79,10 @@ export interface MotorState {
     search: number;
     /** microstep resolution, axis parameter 140 */
     resolution: number;
+    /** pulse divisor, axis parameter 154 */
+    pulse_div: number;
+    /** ramp divisor, axis parameter 153 */
+    ramp_div: number;
     /** rotor angle [rad], from the world where there is one, else from the position */
     angle: number;
     /** full steps lost since power-on; 0 without a world */
@@ -102,10 +107,12 @@ export const readMotor = (view: DataView, at: number): MotorState => ({
     mode: view.getUint8(at + 23),
     search: view.getUint8(at + 24),
     resolution: view.getUint8(at + 25),
-    angle: view.getFloat32(at + 26, true),
-    slip: view.getInt32(at + 30, true),
-    strain: view.getFloat32(at + 34, true),
-    place: view.getFloat32(at + 38, true),
+    pulse_div: view.getUint8(at + 26),
+    ramp_div: view.getUint8(at + 27),
+    angle: view.getFloat32(at + 28, true),
+    slip: view.getInt32(at + 32, true),
+    strain: view.getFloat32(at + 36, true),
+    place: view.getFloat32(at + 40, true),
 });
 
 export interface BoardState {
@@ -147,20 +154,45 @@ export const readBoard = (view: DataView, at: number): BoardState => ({
     analog7: view.getUint16(at + 17, true),
 });
 
-export type GroupState = TimeState | ProgramState | MotorState | BoardState;
+export interface QualityState {
+    /** unknown values of motor 0: bit n for row n of its group */
+    motor0: number;
+    /** unknown values of motor 1: bit n for row n of its group */
+    motor1: number;
+    /** unknown values of motor 2: bit n for row n of its group */
+    motor2: number;
+    /** unknown values of the program */
+    program: number;
+    /** unknown values of the board */
+    board: number;
+    /** when the module last sent a value [clocks of `time`]; -1 where all values are of now */
+    seen: number;
+}
+
+export const readQuality = (view: DataView, at: number): QualityState => ({
+    motor0: view.getUint32(at + 0, true),
+    motor1: view.getUint32(at + 4, true),
+    motor2: view.getUint32(at + 8, true),
+    program: view.getUint16(at + 12, true),
+    board: view.getUint16(at + 14, true),
+    seen: view.getFloat64(at + 16, true),
+});
+
+export type GroupState = TimeState | ProgramState | MotorState | BoardState | QualityState;
 export const GROUPS: readonly { name: string; size: number;
     read: (view: DataView, at: number) => GroupState }[] = [
     { name: "time", size: 17, read: readTime },
     { name: "program", size: 15, read: readProgram },
-    { name: "motor0", size: 42, read: readMotor },
-    { name: "motor1", size: 42, read: readMotor },
-    { name: "motor2", size: 42, read: readMotor },
+    { name: "motor0", size: 44, read: readMotor },
+    { name: "motor1", size: 44, read: readMotor },
+    { name: "motor2", size: 44, read: readMotor },
     { name: "board", size: 19, read: readBoard },
+    { name: "quality", size: 24, read: readQuality },
 ];
 
 /** Reads a state frame and gives each group in it to `take`; watched parameters go to `takeWatched`. */
 export function readFrame(data: ArrayBuffer, take: (index: number, group: GroupState) => void,
-    takeWatched: (values: number[]) => void): void {
+    takeWatched: (values: (number | null)[]) => void): void {
     const view = new DataView(data);
     const mask = view.getUint8(0);
     let at = 1;
@@ -171,8 +203,10 @@ export function readFrame(data: ArrayBuffer, take: (index: number, group: GroupS
         at += group.size;
     }
     if (mask & (1 << WATCH_BIT)) {
-        const values: number[] = [];
-        for (; at < data.byteLength; at += 4) values.push(view.getInt32(at, true));
+        const values: (number | null)[] = [];
+        const known = view.getUint8(at++);
+        for (; at < data.byteLength; at += 4)
+            values.push(known & (1 << values.length) ? view.getInt32(at, true) : null);
         takeWatched(values);
     }
 }
@@ -231,6 +265,7 @@ export interface ModelShape {
     version: string;
     max_current_ma: number;
     shutdown_pin: boolean;
+    known: boolean;
 }
 
 /** The vocabulary, as the firmware and the assembler read it. */
@@ -467,6 +502,13 @@ export interface Upload {
     call: "upload";
 }
 
+/** Say that a text is the module's program; true when it assembles to what the memory holds. */
+export interface Adopt {
+    call: "adopt";
+    path: string;
+    texts?: Record<string, string>;
+}
+
 /** Run from the start, stop, or reset, as a host does; everything finer is the debugger's. */
 export interface ControlProgram {
     call: "control_program";
@@ -488,6 +530,12 @@ export interface ExecuteText {
     call: "execute_text";
     line: string;
     sure?: boolean;
+}
+
+/** Send one line to the ASCII interface, address letter included; what came back. `BIN` leaves it. */
+export interface SendAscii {
+    call: "send_ascii";
+    line: string;
 }
 
 /** Read axis parameters, global parameters or coordinates without log lines; null where refused. */
@@ -641,7 +689,7 @@ export interface Ping {
     call: "ping";
 }
 
-export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | ControlProgram | Execute | ExecuteText | ReadMany | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
+export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
 
 /** The type of the answer's result, by call. */
 export interface Results {
@@ -653,9 +701,11 @@ export interface Results {
     assemble: Assembled;
     download: Assembled;
     upload: string;
+    adopt: boolean;
     control_program: null;
     execute: Exchange;
     execute_text: Exchange;
+    send_ascii: string;
     read_many: (number | null)[];
     stop_all: null;
     release: null;
@@ -757,11 +807,13 @@ export interface WorldChanged {
     world: World;
 }
 
-/** The connection to a real module came or went. */
+/** The connection to a real module came or went, or is another one: `place` is port, rate and address. */
 export interface Link {
     event: "link";
     up: boolean;
     text: string;
+    place: string;
+    ascii: boolean;
 }
 
 /** How many windows look at this module, with this one. */

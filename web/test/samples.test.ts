@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { toCsv, toVcd } from "../src/logic/export";
-import { Samples } from "../src/logic/samples";
+import { HOLE, Samples } from "../src/logic/samples";
 
 function filled(count: number, capacity: number): Samples {
     const samples = new Samples(2, capacity);
@@ -30,8 +30,17 @@ test("time that goes back begins anew", () => {
     assert.equal(samples.value(1, 0), 7);
 });
 
-test("a stretch is thinned by its stride", () => {
-    assert.deepEqual([...filled(10, 10).slice(1, 2, 9, 3)], [2, 5, 8]);
+test("a stretch is thinned to the last of each few rows", () => {
+    assert.deepEqual(filled(10, 10).slice(1, 2, 9, 3), [4, 7, 8]);
+});
+
+test("what was not looked at is no gap, and what was unknown is one", () => {
+    const samples = new Samples(2, 5);
+    for (const [time, value] of [[0, 7], [1, HOLE], [2, NaN], [3, HOLE], [4, 9]]) samples.add([time!, value!]);
+    assert.deepEqual(samples.slice(1, 0, 5), [7, undefined, null, undefined, 9]);
+    assert.deepEqual(samples.slice(1, 0, 5, 2), [7, null, 9]);
+    assert.equal(samples.lastValue(1, 1), 7);
+    assert.ok(Number.isNaN(samples.lastValue(1, 3)));
 });
 
 test("marks are forgotten before they are too many", () => {

@@ -14,28 +14,25 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Coroutine, Iterable
 from contextlib import suppress
-from dataclasses import dataclass, field
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.host.effects import ALL_MOTORS, commands, consequence, moves
 from tmcm34x.ide import wire
 from tmcm34x.ide.exchange import QUIT_DOWNLOAD, RUN_PROGRAM, STEP_PROGRAM, STOP_PROGRAM
+from tmcm34x.ide.motions import JOG_PATIENCE_S, Motion
 from tmcm34x.ide.sequences import Trouble
 from tmcm34x.ide.stopping import AXIS_BANK, RETRY_S, Stopping, stop_command
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS
 from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.ide.page import Page
     from tmcm34x.ide.target import Target, Tell
 
-JOG_PATIENCE_S: Final = 1.0
-"""How long a motor turns without a word about its arrow."""
-PATIENCE_S: Final = 3.0
-"""How long any other motion goes on without a word from its window."""
 WATCH_S: Final = 0.1
 CLOSE_S: Final = 5.0
 """How long the end of the server waits for motors to confirm rest."""
@@ -44,28 +41,6 @@ _ROL: Final = BY_MNEMONIC["ROL"].number
 _SPEED: Final = AXIS_BY_KEY["actual_speed"].number
 _AT_REST: Final = frozenset({"profile", "turn", "jog"})
 """Motions after which their motors stand, whatever ended them."""
-
-
-@dataclass(eq=False)
-class Motion:
-    """Something under way for the window `owner`."""
-
-    number: int
-    kind: wire.MotionKind
-    owner: Page
-    motors: frozenset[int]
-    heard_s: float
-    velocity: int = 0
-    task: asyncio.Task[None] | None = field(default=None, repr=False)
-
-    @property
-    def patience_s(self) -> float:
-        """How long it goes on in silence."""
-        return JOG_PATIENCE_S if self.kind == "jog" else PATIENCE_S
-
-    def last_word_s(self) -> float:
-        """When its window last said that it goes on."""
-        return self.heard_s if self.kind == "jog" else self.owner.heard_s
 
 
 class Authority:
@@ -142,6 +117,14 @@ class Authority:
             self._program_started = True
         if instruction.number == STOP_PROGRAM:
             self._program_started = False
+
+    def permit_line(self, line: str) -> None:
+        """See whether a line of the ASCII interface may be sent.  Raises `wire.RefusalError`."""
+        words = line.split()
+        if words and words[0].upper() == "RUN":
+            self.permit_program()
+        with suppress(MnemonicError):
+            self.permit(parse_instruction(line), sure=True)
 
     def permit_motion(self, motors: Iterable[int]) -> None:
         """Take motors for a motion that begins now.  Raises `wire.RefusalError`."""

@@ -25,6 +25,7 @@ from tmcm34x.ide import wire
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from tmcm34x.ide.permission import Permit
     from tmcm34x.ide.target import Target, Tell
     from tmcm34x.toolchain.assembler import Assembly
 
@@ -78,10 +79,10 @@ class Debugger:
     """Run control of `target` for all windows.
 
     folder: where the names of source files begin
-    permit: raises `wire.RefusalError` where the program may not go on
+    permit: called before each request of a window
     """
 
-    def __init__(self, target: Target, folder: Path, permit: Callable[[], None]) -> None:
+    def __init__(self, target: Target, folder: Path, permit: Permit) -> None:
         self._target = target
         self._permit = permit
         self._services = Services(_no_program, _no_pace, target.session, folder)
@@ -129,18 +130,18 @@ class Debugger:
         if fields.get("command") in {"attach", "configurationDone", "disconnect"}:
             window.take(_response(fields))
             self._greet(window, fields["command"])
-        elif error := self._refuse(fields.get("command")) or await self._attach():
+        elif error := self._refuse(fields) or await self._attach():
             window.take(_response(fields, error))
         else:
             await self._ask(fields, window)
             self._wake.set()
 
-    def _refuse(self, command: object) -> str:
+    def _refuse(self, fields: Message) -> str:
         """Why a request that could set motors in motion is not allowed."""
-        if command not in _GOING:
-            return ""
+        arguments = fields.get("arguments")
+        known = cast(Message, arguments) if isinstance(arguments, dict) else {}
         try:
-            self._permit()
+            self._permit(str(fields.get("command")), known)
         except wire.RefusalError as error:
             return str(error)
         return ""
@@ -322,10 +323,6 @@ def _no_pace(speed: float) -> NoReturn:
     raise RequestError("the IDE's module has its own time")
 
 
-_GOING: Final = frozenset({
-    "continue", "next", "stepIn", "stepOut", "restart", "goto", "setVariable", "setExpression",
-})  # fmt: skip
-"""Requests after which motors may move."""
 _REMEMBERED: Final = {
     "setBreakpoints": Debugger.keep_breakpoints, "setExceptionBreakpoints": Debugger.keep_filters,
 }  # fmt: skip

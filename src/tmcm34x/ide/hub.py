@@ -11,12 +11,10 @@ from collections.abc import Awaitable, Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x import __version__
-from tmcm34x.host.exceptions import FileError, HostError
 from tmcm34x.ide import sequences, wire
 from tmcm34x.ide.authority import Authority
 from tmcm34x.ide.building import Built, build
 from tmcm34x.ide.debugger import Debugger
-from tmcm34x.ide.driving import run
 from tmcm34x.ide.exchange import (
     RESET_PROGRAM,
     RUN_PROGRAM,
@@ -24,6 +22,7 @@ from tmcm34x.ide.exchange import (
 )
 from tmcm34x.ide.loading import Loading
 from tmcm34x.ide.motions import BEGIN
+from tmcm34x.ide.permission import permission
 from tmcm34x.ide.virtual import Virtual
 from tmcm34x.ide.vocabulary import model_shape, tables
 from tmcm34x.tmcl.datagram import Instruction
@@ -48,7 +47,7 @@ class Hub:
         self.target = target
         self.telegrams = telegrams
         self.authority = Authority(target, self.tell, self._program_stopped)
-        self.debugger = Debugger(target, workspace.folder, self.authority.permit_program)
+        self.debugger = Debugger(target, workspace.folder, permission(self.authority))
         self._hand = sequences.Hand(target, self.tell)
         self.pages: set[Page] = set()
         self.links: list[str] = []
@@ -61,7 +60,8 @@ class Hub:
 
     async def open(self) -> None:
         """Begin."""
-        await self.target.open(self.tell)
+        self._told = self._kind
+        await self.target.open(self._from_target)
         self._spawn(self._watch_folder())
         self._spawn(self.debugger.run(self.tell, self._hurry))
         self._spawn(self.authority.watch())
@@ -91,6 +91,20 @@ class Hub:
         """Send an event to all pages."""
         for page in self.pages:
             page.send(event)
+
+    @property
+    def _kind(self) -> tuple[int, bool]:
+        return self.target.model.number, self.target.known
+
+    def _from_target(self, event: wire.Event) -> None:
+        """Send an event of the target's; a module that turns out to be of another model makes pages begin anew."""
+        if isinstance(event, wire.Link):
+            self.debugger.rest(event.ascii or self.loading.busy)
+        if self._kind != self._told:
+            self._told = self._kind
+            for page in self.pages:
+                page.send(self.welcome(page.number))
+        self.tell(event)
 
     def _hurry(self) -> None:
         """Something happened that people wait for: show the state now."""
@@ -127,7 +141,7 @@ class Hub:
             open=self._show,
             source=target.source,
             module=target.place,
-            model=model_shape(target.model),
+            model=model_shape(target.model, known=target.known),
             ability=target.ability,
             tables=tables(target.model.number),
             listing=self.loading.listing,
@@ -227,6 +241,13 @@ class Hub:
         program = await self.loading.read()
         return disassemble(program) if program else ""
 
+    async def _adopt(self, page: Page, call: wire.Adopt) -> bool:
+        answer, assembly = await self._build(call.path, call.texts)
+        if self.loading.busy or answer.listing is None or not await self.loading.holds(assembly.program):
+            return False
+        await self._set_listing(answer.listing, assembly)
+        return True
+
     # Running
 
     async def _control_program(self, page: Page, call: wire.ControlProgram) -> None:
@@ -262,6 +283,10 @@ class Hub:
             raise wire.RefusalError("busy", "A download is under way: the module would store this command.")
         self.authority.permit(instruction, sure=sure)
         return await self.target.exchange(instruction)
+
+    async def _send_ascii(self, page: Page, call: wire.SendAscii) -> str:
+        self.authority.permit_line(call.line)
+        return await self.target.send_ascii(call.line)
 
     async def _read_many(self, page: Page, call: wire.ReadMany) -> list[int | None]:
         if self.loading.busy and not self.target.ability.peek:
@@ -327,40 +352,17 @@ class Hub:
     # Settings
 
     async def _export_settings(self, page: Page, call: wire.ExportSettings) -> str:
-        from tmcm34x.host import settings
-        from tmcm34x.host.items import settings_items
+        from tmcm34x.ide.settings import export_settings
 
-        model = self.target.model
-        readings = await run(self.target.exchange, settings.read(settings_items(model.number)))
-        missing = settings.missing(readings)
-        if missing:
-            text = f"The export is not complete: {len(missing)} settings could not be read: {missing[0]}"
-            self.tell(wire.Output("error", text))
-        write = settings.to_tmcl if call.format == "tmcl" else settings.to_toml
-        return write(model.number, model.version, readings)
+        return await export_settings(self.target, self.tell, call.format)
 
     async def _import_settings(self, page: Page, call: wire.ImportSettings) -> list[wire.Exchange]:
-        from tmcm34x.host import settings
-
-        try:
-            found = settings.from_text(call.text, self.target.model.number)
-        except FileError as error:
-            raise wire.RefusalError("settings", f"{error}.") from error
-        exchanges: list[wire.Exchange] = []
+        from tmcm34x.ide.settings import import_settings
 
         async def exchange(instruction: Instruction) -> wire.Exchange:
-            done = await self._exchange(instruction, sure=False)
-            if any(instruction[:3] == item.write[:3] for item in found.values):
-                exchanges.append(done)
-            return done
+            return await self._exchange(instruction, sure=False)
 
-        for name in found.skipped:
-            self.tell(wire.Output("information", f"Not imported: {name}"))
-        try:
-            await run(exchange, settings.apply(found.values))
-        except HostError as error:
-            raise wire.RefusalError("module", f"The import is not complete: {error}.") from error
-        return exchanges
+        return await import_settings(exchange, self.tell, call.text, self.target.model.number)
 
     async def _ping(self, page: Page, call: wire.Ping) -> None:
         return None

@@ -15,12 +15,14 @@ from tmcm34x.ide.building import identity
 from tmcm34x.ide.driving import run
 from tmcm34x.ide.exchange import READ_MEMORY, stored
 from tmcm34x.ide.virtual import Virtual
+from tmcm34x.tmcl.commands import PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.ide.target import Target, Tell
 
+_END_MARK: Final = Instruction(0)
 _NO_COMMANDS: Final = {0, 255}
 """First bytes of a memory without a program: the end mark, and an erased EEPROM."""
 _EACH: Final = 64
@@ -74,6 +76,14 @@ class Loading:
         exchange = await self.command(Instruction(READ_MEMORY))
         if stored(bytes.fromhex(exchange.received)).number not in _NO_COMMANDS:
             raise wire.RefusalError("unknown", "The module holds a program that this IDE has not loaded.")
+
+    async def holds(self, program: Sequence[Instruction]) -> bool:
+        """Whether the memory holds `program`, and nothing behind it."""
+        end = [_END_MARK] if len(program) < PROGRAM_SIZE else []
+        same = bool(program) and await self._compare([*program, *end])
+        if same:
+            self._loaded = tuple(program)
+        return same
 
     async def _compare(self, program: Sequence[Instruction]) -> bool:
         """Whether the memory holds `program`."""

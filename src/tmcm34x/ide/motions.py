@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.ide import sequences, wire
@@ -14,6 +16,32 @@ if TYPE_CHECKING:
     from tmcm34x.ide.sequences import Hand
 
 TOP_SPEED: Final = 2047
+JOG_PATIENCE_S: Final = 1.0
+"""How long a motor turns without a word about its arrow."""
+PATIENCE_S: Final = 3.0
+"""How long any other motion goes on without a word from its window."""
+
+
+@dataclass(eq=False)
+class Motion:
+    """Something under way for the window `owner`."""
+
+    number: int
+    kind: wire.MotionKind
+    owner: Page
+    motors: frozenset[int]
+    heard_s: float
+    velocity: int = 0
+    task: asyncio.Task[None] | None = field(default=None, repr=False)
+
+    @property
+    def patience_s(self) -> float:
+        """How long it goes on in silence."""
+        return JOG_PATIENCE_S if self.kind == "jog" else PATIENCE_S
+
+    def last_word_s(self) -> float:
+        """When its window last said that it goes on."""
+        return self.heard_s if self.kind == "jog" else self.owner.heard_s
 
 
 def _expect(motors: Sequence[int], *velocities: int) -> None:

@@ -51,6 +51,8 @@ class Page:
         self._calls: set[asyncio.Task[None]] = set()
         self._log_from: int | None = None
         self._hurry = asyncio.Event()
+        self._sampled = hub.target.samples.last
+        """Number of the last row of samples that this window was sent."""
         self.number = next(_numbers)
         self.heard_s = asyncio.get_running_loop().time()
         """When this window last said something."""
@@ -149,8 +151,10 @@ class Page:
                 target = self._hub.target
                 watched = target.watched(self.watches) if self.watches else ()
                 frame = self._frames.frame(target.state(), watched)
-                if frame:
-                    await self._send(frame, text=False)
+                rows = target.samples.since(self._sampled, self.watches)
+                self._sampled = target.samples.last
+                for message in filter(None, (rows, frame)):
+                    await self._send(message, text=False)
                 await self._hub.check_memory()
             due = max(due + 1 / (self.rate_hz or 2), loop.time())
             with contextlib.suppress(TimeoutError):

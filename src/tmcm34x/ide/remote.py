@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import cycle
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
 from tmcm34x.board.models import MODELS
@@ -22,12 +22,17 @@ from tmcm34x.debug.sessions.remote import RemoteSession
 from tmcm34x.host.connection import Connection
 from tmcm34x.host.effects import moves
 from tmcm34x.host.exceptions import GarbledReplyError, LinkError, ReplyError
+from tmcm34x.host.steps import Follow
 from tmcm34x.ide import wire
-from tmcm34x.ide.exchange import FACTORY_RESET, VERSION, answered, unanswered
-from tmcm34x.ide.state import State, bits, empty, put
-from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
-from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS
-from tmcm34x.tmcl.datagram import Instruction, pack_request
+from tmcm34x.ide.exchange import ASCII_MODE, FACTORY_RESET, VERSION, answered, unanswered
+from tmcm34x.ide.polled import pack
+from tmcm34x.ide.readings import FAST, SLOW, Reading, column_of
+from tmcm34x.ide.sampling import Samples
+from tmcm34x.ide.state import State
+from tmcm34x.ide.terminal import Terminal, motors_of
+from tmcm34x.tmcl.commands import BY_MNEMONIC
+from tmcm34x.tmcl.datagram import Instruction, Reply, pack_request
+from tmcm34x.tmcl.global_parameters import BAUD_RATES
 from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_BY_KEY
 from tmcm34x.tmcl.status import Status
 
@@ -51,47 +56,10 @@ _NEVER: Final = frozenset({
 """Answers that will be the same next time."""
 _GAP: Final = BY_MNEMONIC["GAP"].number
 _GGP: Final = BY_MNEMONIC["GGP"].number
-_GIO: Final = BY_MNEMONIC["GIO"].number
 _GCO: Final = BY_MNEMONIC["GCO"].number
-_RFS: Final = BY_MNEMONIC["RFS"].number
-_RFS_STATUS: Final = 2
-_ALL_PORTS: Final = 255
-_SHUTDOWN_PORT: Final = 10
-
-
-class Reading(NamedTuple):
-    """A value that is polled, and the command that reads it."""
-
-    key: str
-    motor: int
-    command: Instruction
-
-
-def _axis(key: str, motor: int) -> Reading:
-    return Reading(key, motor, Instruction(_GAP, AXIS_BY_KEY[key].number, motor))
-
-
-_FAST: Final = tuple(
-    _axis(key, motor) for motor in range(MOTORS) for key in ("actual_position", "actual_speed")
-)
-_SLOW: Final = (
-    *(
-        _axis(key, motor)
-        for key in (
-            "target_position", "target_speed", "position_reached", "left_switch", "right_switch", "load_value",
-            "actual_acceleration", "ramp_mode", "driver_error_flags", "encoder_position", "microstep_resolution",
-            "left_switch_disable", "right_switch_disable", "max_current", "standby_current",
-        )
-        for motor in range(MOTORS)
-    ),
-    *(Reading("search", motor, Instruction(_RFS, _RFS_STATUS, motor)) for motor in range(MOTORS)),
-    Reading("state", 0, Instruction(_GGP, GLOBAL_BY_KEY["application_status"].number)),
-    Reading("counter", 0, Instruction(_GGP, GLOBAL_BY_KEY["program_counter"].number)),
-    Reading("inputs", 0, Instruction(_GIO, _ALL_PORTS, 0)),
-    Reading("outputs", 0, Instruction(_GIO, _ALL_PORTS, 2)),
-    Reading("shutdown", 0, Instruction(_GIO, _SHUTDOWN_PORT, 0)),
-    *(Reading("analog", port, Instruction(_GIO, port, 1)) for port in range(8)),
-)  # fmt: skip
+_SGP: Final = BY_MNEMONIC["SGP"].number
+_ADDRESS: Final = GLOBAL_BY_KEY["serial_address"].number
+_BAUD: Final = GLOBAL_BY_KEY["baud_rate"].number
 
 
 class Remote:
@@ -102,7 +70,6 @@ class Remote:
 
     def __init__(self, url: str, baud: int, address: int, telegrams: Telegrams) -> None:
         self.source: wire.Source = "tcp" if url.startswith("tcp://") or ":" in url else "serial"
-        self.place = f"{url}, address {address}"
         self.ability = wire.Ability(bench=False, debug=False, peek=False, language_server=True)
         self._url = url
         self._baud = baud
@@ -116,6 +83,8 @@ class Remote:
         self._silent = 0
         self._up = True
         self._hushed = False
+        self._moved = False
+        """Address or bit rate were changed: pages do not know it yet."""
         self._link = POLL
         self._urgencies = 0
         """How often something urgent was sent: what was queued before may not be."""
@@ -123,29 +92,46 @@ class Remote:
         self._values: dict[tuple[str, int], int] = {}
         self._refused: set[Instruction] = set()
         self._watches: list[wire.Watched] = []
-        self._watched: dict[Instruction, int] = {}
+        self._watched: dict[Instruction, int | None] = {}
+        self._terminal = Terminal()
+        self.samples = Samples()
+        self._seen = 0.0
+        """When the module last sent a value [clocks]."""
         self._connection: Connection | None = self._open_line()
-        self.model = MODELS[self._model_number()]
+        self.model, self.known = MODELS[343], False
+        self._take_model(self._identify())
+
+    @property
+    def place(self) -> str:
+        """Port, bit rate where there is one, and address."""
+        rate = f", {self._baud} baud" if self.source == "serial" else ""
+        return f"{self._url}{rate}, address {self._address}"
 
     def _open_line(self) -> Connection:
         connection = Connection.open(self._url, baud=self._baud, address=self._address, timeout=TIMEOUT_S)
         connection.listeners.append(self._note)
         return connection
 
-    def _model_number(self) -> int:
-        """What the module says it is; a TMCM-343 while it says nothing."""
+    def _identify(self) -> str:
+        """What the module says it is, such as `343V4.36`; empty while it says nothing."""
         assert self._connection is not None
         try:
-            number = int(self._connection.version()[:3])
+            return self._connection.version()
         except (ReplyError, ValueError):
             self._silent = PATIENCE
             self._up = False
-            return 343
-        return number if number in MODELS else 343
+            return ""
+
+    def _take_model(self, version: str) -> None:
+        number = int(version[:3]) if version[:3].isdecimal() else 0
+        self.known = number in MODELS
+        if self.known:
+            self.model = MODELS[number]
 
     async def open(self, tell: Tell) -> None:
         """Begin to poll."""
         self._tell = tell
+        self._loop = asyncio.get_running_loop()
         self._task = asyncio.create_task(self._poll())
 
     async def close(self) -> None:
@@ -160,11 +146,17 @@ class Remote:
     @property
     def link(self) -> wire.Link:
         """How the line is."""
+        if self._terminal.on:
+            text = "The module speaks its ASCII interface, which executes no binary commands."
+            return wire.Link(False, text, self.place, True)
         if self._up:
-            return wire.Link(True, "")
+            return wire.Link(True, "", self.place, False)
         if self._connection is None:
-            return wire.Link(False, f"The line {self.place} is gone; the IDE looks for it.")
-        return wire.Link(False, f"No answer at {self.place}: check power, wiring, address and bit rate.")
+            return wire.Link(
+                False, f"The line {self.place} is gone; the IDE looks for it.", self.place, False
+            )
+        text = f"No answer at {self.place}: check power, wiring, address and bit rate."
+        return wire.Link(False, text, self.place, False)
 
     # Talking
 
@@ -181,7 +173,9 @@ class Remote:
         if connection is None:
             return
         self._link = "IDE"
+        leave = self._terminal.leave(self._address)
         with contextlib.suppress(LinkError):
+            connection.line.write(leave)
             connection.urgent(instructions)
 
     def _exchange(self, instruction: Instruction, link: str, urgencies: int | None = None) -> wire.Exchange:
@@ -191,6 +185,8 @@ class Remote:
         connection = self._connection
         if connection is None:
             return unanswered(instruction, sent, "no answer: the line is gone")
+        if self._terminal.on:
+            return unanswered(instruction, sent, "not sent: the module speaks its ASCII interface")
         self._link = link
         try:
             if instruction.number == FACTORY_RESET:
@@ -206,7 +202,41 @@ class Remote:
             self._lose()
             return unanswered(instruction, sent, str(error))
         self._silent = 0
-        return answered(instruction, sent, received)
+        exchange = answered(instruction, sent, received)
+        if exchange.status == Status.OK:
+            self._follow(instruction, connection)
+        while connection.events:
+            self._second(connection.events.popleft())
+        return exchange
+
+    def _second(self, reply: Reply) -> None:
+        """Tell of a second reply of command 138."""
+        happened = wire.Happened(self.now, "target", -1, f"targets reached: motors {motors_of(reply.value)}")
+        self._loop.call_soon_threadsafe(self._tell, happened)
+
+    async def send_ascii(self, line: str) -> str:
+        """Send a line to the ASCII interface; what came back."""
+        connection = self._connection
+        if connection is None:
+            raise wire.RefusalError("line", "The line is gone.")
+        return await asyncio.get_running_loop().run_in_executor(
+            self._thread, self._terminal.send, connection, self._address, line
+        )
+
+    def _follow(self, instruction: Instruction, connection: Connection) -> None:
+        """Go on at the address or bit rate that the module has from its next command on."""
+        match (instruction.number, instruction.type, instruction.motor):
+            case (number, kind, 0) if number == _SGP and kind == _ADDRESS:
+                self._address = instruction.value
+                connection.perform(Follow(address=self._address))
+            case (number, kind, 0) if number == _SGP and kind == _BAUD and self.source == "serial":
+                self._baud = BAUD_RATES[instruction.value]
+                connection.perform(Follow(baud=self._baud))
+            case (number, _, _) if number == ASCII_MODE:
+                self._terminal.on = True
+            case _:
+                return
+        self._moved = True
 
     def _note(self, sent: bool, data: bytes) -> None:
         if self._link != POLL or self._telegrams.polls_wanted:
@@ -261,30 +291,44 @@ class Remote:
     def hush(self, on: bool) -> None:
         """Poll nothing while a program is being downloaded."""
         self._hushed = on
+        self.samples.gap(self.now, self._watches)
 
     async def _poll(self) -> None:
-        slow = cycle(_SLOW)
+        slow = cycle(SLOW)
         while True:
             self._tell_link()
             if self._connection is None:
+                self._terminal.on = False
                 await self._find()
+            elif self._terminal.on:
+                await asyncio.sleep(0.1)
             elif self._silent >= PATIENCE:
                 await asyncio.sleep(RETRY_S)
-                await self._value(Instruction(VERSION, 1))
+                await self._ask_version()
             elif self._hushed or time.monotonic() - self._looked_s > LOOKED_AT_S:
                 await asyncio.sleep(0.1)
             else:
                 await self._round(slow)
 
+    async def _ask_version(self) -> None:
+        """See whether the module answers again, and which one it is."""
+        exchange = await asyncio.get_running_loop().run_in_executor(
+            self._thread, self._exchange, Instruction(VERSION), POLL
+        )
+        if exchange.status == Status.OK:
+            self._values.clear()
+            self._take_model(exchange.meaning)
+
     async def _round(self, slow: cycle[Reading]) -> None:
         """All of the motion, what pages watch, and a little of the rest."""
         started = time.monotonic()
-        for reading in _FAST:
+        for reading in FAST:
             await self._take(reading)
         for item in tuple(self._watches):
             command = _command(item)
             if command is not None and not self._hushed:
-                self._watched[command] = await self._value(command) or 0
+                value = self._watched[command] = await self._value(command)
+                self.samples.add(self.now, {}, {item: value})
         for _ in range(3):
             await self._take(next(slow))
         await asyncio.sleep(max(0.0, 1 / 60 - (time.monotonic() - started)))
@@ -297,8 +341,17 @@ class Remote:
         )
         if exchange.status == Status.OK:
             self._values[reading.key, reading.motor] = exchange.value
+            self._seen = self.now
+            self._sample(reading, exchange.value)
         elif exchange.status in _NEVER:
             self._refused.add(reading.command)
+            self._values.pop((reading.key, reading.motor), None)
+
+    def _sample(self, reading: Reading, value: int) -> None:
+        """A row for a value of a curve, at the time that it came."""
+        at = column_of(reading)
+        if at is not None:
+            self.samples.add(self._seen, {at: value})
 
     async def _find(self) -> None:
         await asyncio.sleep(RETRY_S)
@@ -307,69 +360,32 @@ class Remote:
         except LinkError:
             return
         self.line += 1
-        self._silent = 0
+        self._silent = PATIENCE
+        self._values.clear()
+        self._refused.clear()
 
     def _tell_link(self) -> None:
-        up = self._connection is not None and self._silent < PATIENCE
-        if up != self._up:
-            self._up = up
+        up = self._connection is not None and self._silent < PATIENCE and not self._terminal.on
+        if up != self._up or self._moved:
+            self._up, self._moved = up, False
+            self.samples.gap(self.now, self._watches)
             self._tell(self.link)
 
     def watch(self, items: Sequence[wire.Watched]) -> None:
         """Poll these too."""
         self._watches = list(dict.fromkeys(items))
 
-    def watched(self, items: Sequence[wire.Watched]) -> list[int]:
-        """The values as last polled."""
+    def watched(self, items: Sequence[wire.Watched]) -> list[int | None]:
+        """The values as last polled, None where the module refused or none was polled yet."""
         commands = [_command(item) for item in items]
-        return [0 if command is None else self._watched.get(command, 0) for command in commands]
+        return [None if command is None else self._watched.get(command) for command in commands]
 
     # State
 
     def state(self) -> State:
         """Everything as last polled."""
         self._looked_s = time.monotonic()
-        state = empty()
-        value = self._values.get
-        put(
-            state,
-            "time",
-            self.now,
-            1.0,
-            1.0,
-            bits(False, self._silent < PATIENCE, self._connection is not None),
-        )
-        put(state, "program", value(("state", 0), 0) & 3, 0, 0, value(("counter", 0), 0) & 0xFFFF, 0, 0, 0)
-        for motor in range(MOTORS):
-            self._put_motor(state, motor)
-        levels = (value(("analog", port), 0) & 0xFFFF for port in range(8))
-        put(
-            state, "board", *(value((key, 0), 0) & 0xFF for key in ("inputs", "outputs", "shutdown")), *levels
-        )
-        return state
-
-    def _put_motor(self, state: State, motor: int) -> None:
-        def value(key: str) -> int:
-            return self._values.get((key, motor), 0)
-
-        speed, resolution = value("actual_speed"), value("microstep_resolution") & 7
-        left, right = value("left_switch") != 0, value("right_switch") != 0
-        flags = bits(
-            left, right, left, value("position_reached") != 0, value("left_switch_disable") != 0,
-            value("right_switch_disable") != 0, True, False,
-        )  # fmt: skip
-        turn = FULLSTEPS << resolution
-        put(
-            state, f"motor{motor}", value("actual_position"), value("target_position"), _short(speed),
-            _short(value("target_speed")), _short(value("actual_acceleration")), value("encoder_position"), flags,
-            value("load_value") & 7, value("driver_error_flags") & 0xFF,
-            value("max_current" if speed else "standby_current") & 0xFF, value("ramp_mode") & 3, value("search") & 0xFF,
-            resolution, value("actual_position") % turn / turn * 2 * math.pi, 0, 0.0, 0.0,
-        )  # fmt: skip
-
-
-FULLSTEPS: Final = 200
-"""Of a turn, for the dials: the usual motor."""
+        return pack(self._values, self.now, self._seen, connected=self._connection is not None)
 
 
 def _command(item: wire.Watched) -> Instruction | None:
@@ -382,7 +398,3 @@ def _command(item: wire.Watched) -> Instruction | None:
         if item.bank < 0
         else Instruction(_GGP, item.number, item.bank)
     )
-
-
-def _short(value: int) -> int:
-    return max(-32768, min(32767, value))

@@ -25,6 +25,8 @@ from tmcm34x.tmcl.status import Status
 if TYPE_CHECKING:
     from tmcm34x.ide.target import Target, Tell
 
+RETRIES: Final = 2
+"""How often a command is sent again when no whole reply came: all of them may be executed twice."""
 LOOK_S: Final = 0.02
 """Between two looks at something that is waited for."""
 SETTLE_S: Final = 0.05
@@ -57,16 +59,22 @@ class Hand:
         """Have a command executed; the value of its reply."""
         instruction = Instruction(_MNEMONICS[mnemonic], type_, motor, value)
         exchange = await self._target.exchange(instruction)
+        for _ in range(RETRIES):
+            if exchange.status:
+                break
+            exchange = await self._target.exchange(instruction)
         if exchange.status != Status.OK:
             raise Trouble(f"{format_instruction(instruction)}: {exchange.meaning}")
         return exchange.value
 
     async def read(self, key: str, motor: int) -> int:
         """The value of an axis parameter."""
-        (value,) = await self._target.read([wire.Watched(AXIS_BANK, AXIS_BY_KEY[key].number, motor)])
-        if value is None:
-            raise Trouble(f"{AXIS_BY_KEY[key].name} of motor {motor} cannot be read")
-        return value
+        row = AXIS_BY_KEY[key]
+        for _ in range(1 + RETRIES):
+            (value,) = await self._target.read([wire.Watched(AXIS_BANK, row.number, motor)])
+            if value is not None:
+                return value
+        raise Trouble(f"{row.name} of motor {motor} cannot be read")
 
     async def set(self, key: str, motor: int, value: int) -> None:
         """Set an axis parameter."""

@@ -19,9 +19,20 @@ State = list[bytes]
 """One packed group for each of `wire.GROUPS`."""
 
 
+NOW: Final = -1.0
+"""Of `seen`: all values are of now."""
+ALL_UNKNOWN: Final = 0xFFFFFFFF
+
+
 def empty() -> State:
-    """A module of which nothing is known."""
+    """A module of which nothing is known yet."""
     return [bytes(layout.size) for layout in _LAYOUTS]
+
+
+def unknown(group: str, missing: Iterable[str]) -> int:
+    """The bits of `missing` rows of a group, as `quality` has them."""
+    rows = [row.name for row in wire.GROUPS[_INDEX[group]].rows]
+    return sum(1 << rows.index(name) for name in missing)
 
 
 def put(state: State, group: str, *values: float) -> None:
@@ -42,7 +53,7 @@ class Frames:
         self._sent: list[bytes] = [b""] * len(_LAYOUTS)
         self._watched = b""
 
-    def frame(self, state: Sequence[bytes], watched: Iterable[int] = ()) -> bytes:
+    def frame(self, state: Sequence[bytes], watched: Sequence[int | None] = ()) -> bytes:
         """The frame that brings the page up to `state`; empty when it is there already."""
         mask = 0
         parts = [b""]
@@ -51,7 +62,7 @@ class Frames:
                 self._sent[index] = group
                 mask |= 1 << index
                 parts.append(group)
-        values = b"".join(_WATCHED.pack(value) for value in watched)
+        values = _pack_watched(watched) if watched else b""
         if values != self._watched:
             self._watched = values
             mask |= 1 << wire.WATCH_BIT
@@ -60,3 +71,8 @@ class Frames:
             return b""
         parts[0] = bytes((mask,))
         return b"".join(parts)
+
+
+def _pack_watched(watched: Sequence[int | None]) -> bytes:
+    known = bits(*(value is not None for value in watched))
+    return bytes((known,)) + b"".join(_WATCHED.pack(value or 0) for value in watched)

@@ -73,12 +73,13 @@ class Stopping:
         if searching:
             await self._target.exchange(stop_search(motor))
         while why := await self._try(motor):
-            if self.doubts[motor] != why:
+            if self.doubts.get(motor) != why:
                 self.doubts[motor] = why
                 self._changed(motor)
             await asyncio.sleep(RETRY_S)
-        del self._tasks[motor], self.doubts[motor]
-        self._changed(motor)
+        if self._tasks.get(motor) is asyncio.current_task():
+            del self._tasks[motor], self.doubts[motor]
+            self._changed(motor)
 
     async def _try(self, motor: int) -> str:
         """Send the command and read the speed; why the motor is not known to be at rest."""

@@ -10,6 +10,7 @@ from tmcm34x.debug.sessions.base import Listener
 from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.debug.sessions.remote import RemoteSession
 from tmcm34x.ide import wire
+from tmcm34x.ide.sampling import Samples
 from tmcm34x.ide.state import State
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -22,12 +23,18 @@ class Target(Protocol):
     """A module at the end of a line."""
 
     source: wire.Source
-    place: str
-    """Port, address or bench, for people."""
     model: Model
+    known: bool
+    """Whether the module has said that it is a `model`."""
     ability: wire.Ability
+    samples: Samples
     line: int
     """Another number whenever the line is opened anew: what was begun on the old one is over."""
+
+    @property
+    def place(self) -> str:
+        """Port, address or bench, for people."""
+        ...
 
     async def open(self, tell: Tell) -> None:
         """Begin; `tell` takes events until `close`."""
@@ -51,6 +58,10 @@ class Target(Protocol):
 
         What is queued and could set a motor in motion is not sent any more.
         """
+        ...
+
+    async def send_ascii(self, line: str) -> str:
+        """Send a line to the ASCII interface; what came back.  Raises `wire.RefusalError`."""
         ...
 
     @property
@@ -81,8 +92,8 @@ class Target(Protocol):
         """Everything that is shown live, as of now."""
         ...
 
-    def watched(self, items: Sequence[wire.Watched]) -> list[int]:
-        """Present values of watched parameters, 0 where there are none."""
+    def watched(self, items: Sequence[wire.Watched]) -> list[int | None]:
+        """Present values of watched parameters, None where there are none."""
         ...
 
     def watch(self, items: Sequence[wire.Watched]) -> None:

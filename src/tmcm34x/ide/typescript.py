@@ -19,7 +19,7 @@ _HEADER: Final = """\
 """
 
 _READERS: Final = {
-    "B": ("getUint8", 1), "H": ("getUint16", 2), "h": ("getInt16", 2), "i": ("getInt32", 4),
+    "B": ("getUint8", 1), "H": ("getUint16", 2), "h": ("getInt16", 2), "i": ("getInt32", 4), "I": ("getUint32", 4),
     "f": ("getFloat32", 4), "d": ("getFloat64", 8),
 }  # fmt: skip
 """`DataView` method and size by `struct` code."""
@@ -27,7 +27,7 @@ _READERS: Final = {
 _DECODE: Final = """\
 /** Reads a state frame and gives each group in it to `take`; watched parameters go to `takeWatched`. */
 export function readFrame(data: ArrayBuffer, take: (index: number, group: GroupState) => void,
-    takeWatched: (values: number[]) => void): void {
+    takeWatched: (values: (number | null)[]) => void): void {
     const view = new DataView(data);
     const mask = view.getUint8(0);
     let at = 1;
@@ -38,8 +38,10 @@ export function readFrame(data: ArrayBuffer, take: (index: number, group: GroupS
         at += group.size;
     }
     if (mask & (1 << WATCH_BIT)) {
-        const values: number[] = [];
-        for (; at < data.byteLength; at += 4) values.push(view.getInt32(at, true));
+        const values: (number | null)[] = [];
+        const known = view.getUint8(at++);
+        for (; at < data.byteLength; at += 4)
+            values.push(known & (1 << values.length) ? view.getInt32(at, true) : null);
         takeWatched(values);
     }
 }
@@ -57,6 +59,8 @@ def _constants() -> Iterator[str]:
     for name in ("MOTOR_FLAGS", "TIME_FLAGS", "PROGRAM_FLAGS"):
         bits = ", ".join(f"{flag}: {1 << bit}" for bit, flag in enumerate(getattr(wire, name)))
         yield f"export const {name} = {{ {bits} }} as const;"
+    curves = ", ".join(f'"{curve.name}"' for curve in wire.CURVES)
+    yield f"export const CURVES = [{curves}] as const;"
     yield ""
 
 

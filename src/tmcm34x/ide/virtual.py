@@ -7,6 +7,7 @@ is read beside the line, which costs the module nothing.
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
@@ -16,9 +17,11 @@ from tmcm34x.debug.sessions.base import Listener
 from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.firmware.axis import A_ACTUAL, RAMP_MODE, STOP_SWITCHES, V_ACTUAL, V_TARGET, X_ACTUAL, X_TARGET
 from tmcm34x.ide import wire
+from tmcm34x.ide.curves import changes, curves, notable
 from tmcm34x.ide.exchange import ASCII_MODE, FACTORY_RESET, answered, unanswered
 from tmcm34x.ide.hands import Hands
-from tmcm34x.ide.state import State, bits, empty, put
+from tmcm34x.ide.sampling import Sampled, Samples
+from tmcm34x.ide.state import ALL_UNKNOWN, NOW, State, bits, empty, put
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS
 from tmcm34x.tmcl.datagram import SIZE, Instruction, pack_request
 from tmcm34x.tmcl.numbers import AP
@@ -33,13 +36,16 @@ if TYPE_CHECKING:
 TIMEOUT_S: Final = 1.0
 """Longest wait for an answer, on the wall clock."""
 LONGEST_STEP_MS: Final = 10_000
+LOOKED_AT_S: Final = 3.0
+"""A page that asked for state less than this ago is looking."""
 COORDINATE_BANK: Final = -2
 
 _EVENT: Final = bytes((Status.POSITION_REACHED, 138))
 _READERS: Final = {-1: BY_MNEMONIC["GAP"].number, COORDINATE_BANK: BY_MNEMONIC["GCO"].number}
 """Commands that read what is no global parameter, by the bank that stands for it."""
 _GGP: Final = BY_MNEMONIC["GGP"].number
-_ENCODER_NONE: Final = 0
+_SCALE: Final = (AP.MICROSTEP_RESOLUTION, AP.PULSE_DIVISOR, AP.RAMP_DIVISOR)
+"""Axis parameters that make units of numbers: microstep resolution, pulse and ramp divisor."""
 
 
 class _Desk:
@@ -82,6 +88,7 @@ class Virtual:
     """A module of a bench, `rig.modules[0]`, under `server`'s pacing."""
 
     source: wire.Source = "virtual"
+    known = True
     line = 0
 
     def __init__(self, server: Server, place: str, memory_file: str) -> None:
@@ -100,6 +107,10 @@ class Virtual:
         self._desk = _Desk(self._take)
         self._urgent = _Desk(lambda data: None)
         self._lock = asyncio.Lock()
+        self.samples = Samples()
+        self._watches: list[wire.Watched] = []
+        self._looked_s = -math.inf
+        server.part = Sampled(self.rig, self._sample, self._looking)
         self._received = bytearray()
         self._answer: asyncio.Future[bytes] | None = None
         self._seen: tuple[int, float] | None = None
@@ -119,7 +130,7 @@ class Virtual:
     @property
     def link(self) -> wire.Link:
         """The line of a virtual module is at its bench."""
-        return wire.Link(True, "")
+        return wire.Link(True, "", self.place, False)
 
     # The line
 
@@ -135,7 +146,10 @@ class Virtual:
             self._answer = asyncio.get_running_loop().create_future()
             self._desk.write(sent)
             try:
-                received = await asyncio.wait_for(self._answer, self._patience(instruction))
+                # Not `wait_for`, which may lose a cancellation that comes together with the reply.
+                async with asyncio.timeout(self._patience(instruction)):
+                    received = await self._answer
+                await asyncio.sleep(0)  # a reply that came at once must not keep others from their turn
             except TimeoutError:
                 return unanswered(instruction, sent, self._silence(instruction))
             finally:
@@ -149,6 +163,10 @@ class Virtual:
         if self.plugged:
             for instruction in instructions:
                 self._urgent.write(pack_request(self.module.address, instruction))
+
+    async def send_ascii(self, line: str) -> str:
+        """The IDE leaves the ASCII interface of a virtual module at once."""
+        raise wire.RefusalError("binary", "The IDE's line of a virtual module speaks binary.")
 
     def _patience(self, instruction: Instruction) -> float:
         if instruction.number == FACTORY_RESET or self.module.silent:
@@ -234,16 +252,27 @@ class Virtual:
         return value if status == Status.OK else None
 
     def watch(self, items: Sequence[wire.Watched]) -> None:
-        """Nothing to prepare: everything can be read at any time."""
+        """Sample these too."""
+        self._watches = list(dict.fromkeys(items))
 
-    def watched(self, items: Sequence[wire.Watched]) -> list[int]:
+    def _looking(self) -> bool:
+        """Whether a page has asked for state a short while ago."""
+        return self.server.pace.monotonic() - self._looked_s < LOOKED_AT_S
+
+    def _sample(self) -> None:
+        """A row of samples, as of now."""
+        values = curves(self.module)
+        self.samples.add(self.rig.now, values, {item: self._read(item) for item in self._watches})
+
+    def watched(self, items: Sequence[wire.Watched]) -> list[int | None]:
         """Present values of watched parameters."""
-        return [self._read(item) or 0 for item in items]
+        return [self._read(item) for item in items]
 
     # State
 
     def state(self) -> State:
         """Everything that is shown live, as of now."""
+        self._looked_s = self.server.pace.monotonic()
         self.server.catch_up()
         state = empty()
         self._put_time(state)
@@ -251,6 +280,8 @@ class Virtual:
         for motor in range(MOTORS):
             self._put_motor(state, motor)
         self._put_board(state)
+        off = 0 if self.module.powered else ALL_UNKNOWN
+        put(state, "quality", off, off, off, off & 0xFFFF, 0, NOW)
         self.server.settle()
         self._note()
         return state
@@ -290,7 +321,8 @@ class Virtual:
             state, f"motor{motor}", axis.read(X_ACTUAL), axis.read(X_TARGET), axis.read(V_ACTUAL), axis.read(V_TARGET),
             axis.read(A_ACTUAL), encoder, flags, self._peek(AP.LOAD_VALUE, motor),
             self._peek(AP.DRIVER_ERROR_FLAGS, motor), board.currents[motor] if on else 0, axis.read(RAMP_MODE),
-            axis.search, axis.values.get(AP.MICROSTEP_RESOLUTION, 0), view.angle_rad, round(view.lost_fullsteps),
+            axis.search, *(axis.values.get(number, 0) for number in _SCALE),
+            view.angle_rad, round(view.lost_fullsteps),
             view.load, view.position,
         )  # fmt: skip
 
@@ -304,24 +336,10 @@ class Virtual:
         put(state, "board", board.digital_inputs(), board.outputs, board.shutdown_level(), *levels)
 
     def _note(self) -> None:
-        """Tell of what a plot should mark: the program's state and the switches."""
-        module = self.module
-        switches = [module.board.switch(motor, side) for motor in range(MOTORS) for side in ("left", "right")]
-        notable = (int(module.program.state), *map(int, switches), int(module.powered))
-        before, self._notable = self._notable, notable
-        if not before or before == notable:
-            return
-        if notable[0] != before[0]:
-            text = ("stop", "run", "step", "reset")[notable[0]]
-            self._tell(wire.Happened(self.rig.now, "program", -1, text))
-        for index in range(1, 1 + 2 * MOTORS):
-            if notable[index] != before[index]:
-                motor, side = divmod(index - 1, 2)
-                name = ("left", "right")[side]
-                text = f"{name} {'closed' if notable[index] else 'open'}"
-                self._tell(wire.Happened(self.rig.now, "switch", motor, text))
-        if notable[-1] != before[-1]:
-            self._tell(wire.Happened(self.rig.now, "power", -1, "power on" if notable[-1] else "power off"))
+        """Tell of what a plot should mark: the program's state, the switches, and the power."""
+        before, self._notable = self._notable, notable(self.module)
+        for kind, motor, text in changes(before, self._notable):
+            self._tell(wire.Happened(self.rig.now, kind, motor, text))
 
     # The bench
 
@@ -347,7 +365,10 @@ class Virtual:
         """Let a little time pass, and hold it."""
         self.server.change_pace(paused=True)
         span = max(0.0, min(LONGEST_STEP_MS, call.ms))
-        clock.run_until(self.rig, self.rig.now + round(span * clock.MS))
+        part, end = self.server.part, self.rig.now + round(span * clock.MS)
+        while (when := part.next_event()) <= end:
+            part.advance(when)
+        part.advance(end)
         self.server.pace.draw(self.rig.now)
         self.server.settle()
 

@@ -42,10 +42,15 @@ def tables(model: int) -> wire.Tables:
     )
 
 
-def model_shape(model: Model) -> wire.ModelShape:
-    """A module's kind."""
+def model_shape(model: Model, *, known: bool) -> wire.ModelShape:
+    """A module's kind; `known` when it has said so itself."""
     return wire.ModelShape(
-        model.number, model.name, model.version, model.max_current_ma or (1 if model.drivers else 0), True
+        model.number,
+        model.name,
+        model.version,
+        model.max_current_ma or (1 if model.drivers else 0),
+        True,
+        known,
     )
 
 

@@ -61,6 +61,8 @@ _MOTOR: Final = (
     Row("mode", "B", "ramp mode, axis parameter 138"),
     Row("search", "B", "reference search: state, 0 idle"),
     Row("resolution", "B", "microstep resolution, axis parameter 140"),
+    Row("pulse_div", "B", "pulse divisor, axis parameter 154"),
+    Row("ramp_div", "B", "ramp divisor, axis parameter 153"),
     Row("angle", "f", "rotor angle [rad], from the world where there is one, else from the position"),
     Row("slip", "i", "full steps lost since power-on; 0 without a world"),
     Row("strain", "f", "torque asked of the motor over what it has, 0..1; 0 without a world"),
@@ -96,13 +98,36 @@ GROUPS: Final = (
         Row("shutdown", "B", "level of the SHUTDOWN pin"),
         *(Row(f"analog{n}", "H", f"analogue input {n}, 0..1023") for n in range(8)),
     )),
+    Group("quality", (
+        *(Row(f"motor{n}", "I", f"unknown values of motor {n}: bit n for row n of its group") for n in range(3)),
+        Row("program", "H", "unknown values of the program"),
+        Row("board", "H", "unknown values of the board"),
+        Row("seen", "d", "when the module last sent a value [clocks of `time`]; -1 where all values are of now"),
+    )),
 )  # fmt: skip
 """State groups; the index is the bit in the mask byte of a frame."""
+
+
+class CurveRow(NamedTuple):
+    """A column of each motor in the samples for plots: name, and the axis parameter that it is, if any."""
+
+    name: str
+    key: str
+
+
+CURVES: Final = (
+    CurveRow("position", "actual_position"), CurveRow("target", "target_position"), CurveRow("speed", "actual_speed"),
+    CurveRow("target_speed", "target_speed"), CurveRow("load", "load_value"), CurveRow("current", ""),
+    CurveRow("encoder", "encoder_position"), CurveRow("acceleration", "actual_acceleration"),
+)  # fmt: skip
+"""Columns of a motor, all columns of motor 0 first; after the motors come the program counter, the outputs and the
+watched parameters."""
 
 TIME_FLAGS: Final = ("paused", "powered", "plugged")
 PROGRAM_FLAGS: Final = ("zero", "equal", "lower", "greater", "eto", "eal", "edv", "epo", "esd", "downloading")
 WATCH_BIT: Final = 7
-"""Bit of the mask byte for the watched parameters: one signed 32-bit value each, in the order of `Watch`."""
+"""Bit of the mask byte for the watched parameters, in the order of `Watch`: a byte with a bit for each that is known,
+then one signed 32-bit value each, 0 for one that is not."""
 
 
 # ------------------------------------------------------------------------------------------------ shared shapes
@@ -176,6 +201,8 @@ class ModelShape(Shape):
     version: str
     max_current_ma: int
     shutdown_pin: bool
+    known: bool
+    """The module has said that it is one; a TMCM-343 is assumed until then."""
 
 
 class Tables(Shape):
@@ -473,6 +500,14 @@ class Upload(Call, tag="upload"):
     returns: ClassVar[Any] = str
 
 
+class Adopt(Call, tag="adopt"):
+    """Say that a text is the module's program; true when it assembles to what the memory holds."""
+
+    path: str
+    texts: dict[str, str] = {}
+    returns: ClassVar[Any] = bool
+
+
 class ControlProgram(Call, tag="control_program"):
     """Run from the start, stop, or reset, as a host does; everything finer is the debugger's."""
 
@@ -500,6 +535,13 @@ class ExecuteText(Call, tag="execute_text"):
     line: str
     sure: bool = False
     returns: ClassVar[Any] = Exchange
+
+
+class SendAscii(Call, tag="send_ascii"):
+    """Send one line to the ASCII interface, address letter included; what came back.  `BIN` leaves it."""
+
+    line: str
+    returns: ClassVar[Any] = str
 
 
 class ReadMany(Call, tag="read_many"):
@@ -669,8 +711,8 @@ class Ping(Call, tag="ping"):
 
 AnyCall = (
     ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile
-    | Assemble | Download | Upload | ControlProgram | Execute | ExecuteText | ReadMany | StopAll | Release
-    | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog
+    | Assemble | Download | Upload | Adopt | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany
+    | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog
     | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom
     | ExportSettings | ImportSettings | Ping
 )  # fmt: skip
@@ -804,10 +846,13 @@ class WorldChanged(Event, tag="world_changed"):
 
 
 class Link(Event, tag="link"):
-    """The connection to a real module came or went."""
+    """The connection to a real module came or went, or is another one: `place` is port, rate and address."""
 
     up: bool
     text: str
+    place: str
+    ascii: bool
+    """The module speaks the ASCII interface: binary commands do not reach it."""
 
 
 class Windows(Event, tag="windows"):

@@ -14,7 +14,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 from tmcm34x import clock
 from tmcm34x.firmware.ports.can import CanPort
@@ -43,6 +43,18 @@ _OVER: Final = -1
 """A receive time-out that has always passed."""
 _FAR_S: Final = 1e6
 """Longest sleep; the event loop takes no longer one."""
+
+
+class Advancing(Protocol):
+    """A bench as far as its time is concerned."""
+
+    def next_event(self) -> int:
+        """The next clock at which something can change."""
+        ...
+
+    def advance(self, now: int) -> None:
+        """Bring it to clock `now`, at most to its next event."""
+        ...
 
 
 class Server:
@@ -74,6 +86,8 @@ class Server:
         faults: Faults | None = None,
     ) -> None:
         self.rig = rig
+        self.part: Advancing = rig
+        """What is advanced: the bench itself, or the bench with somebody who takes samples of it."""
         self.pace = Pace(speed, monotonic)
         self.pace.draw(rig.now)
         self._stores = stores
@@ -167,7 +181,7 @@ class Server:
         if when <= target and not self._work(target):
             return False
         if target < clock.NEVER:
-            self.rig.advance(target)
+            self.part.advance(target)
         return True
 
     def settle(self) -> None:
@@ -187,16 +201,16 @@ class Server:
 
     def _work(self, target: int) -> bool:
         """Run the events up to `target`, for one slice at most; says whether all are done."""
-        rig, monotonic = self.rig, self.pace.monotonic
+        part, monotonic = self.part, self.pace.monotonic
         end_s = monotonic() + SLICE_S
-        while (when := rig.next_event()) <= target:
+        while (when := part.next_event()) <= target:
             if when == clock.NEVER:
                 break
-            rig.advance(when)
+            part.advance(when)
             if (wall_s := monotonic()) >= end_s:
-                if wall_s - self.pace.due_s(rig.now) > MAX_LAG_S:
-                    self.pace.draw(rig.now)
-                return rig.next_event() > target
+                if wall_s - self.pace.due_s(self.rig.now) > MAX_LAG_S:
+                    self.pace.draw(self.rig.now)
+                return part.next_event() > target
         return True
 
     def _set_timer(self, loop: asyncio.AbstractEventLoop, due_s: float) -> None:

@@ -120,3 +120,10 @@ def choose(page: Page, name: str, value: str) -> None:
     field = page.get_by_role("combobox", name=name)
     field.select_option(value)
     field.press("Enter")
+
+
+def rename(page: Page, name: str) -> None:
+    """Open the field with a file's name, from its menu."""
+    page.get_by_role("treeitem", name=name).click(button="right")
+    # By key: the pointer stays over the files, away from what hovering would show in the editor.
+    page.get_by_role("menuitem", name="Rename", exact=True).press("Enter")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -63,11 +64,11 @@ def test_inputs_outputs_power_and_line_are_at_the_bench(page: Page):
     expect(page.locator(".answers .value").first).to_have_text("1")
     line(page, "SIO 5, 2, 1")
     expect(page.get_by_role("img", name="output 5 on")).to_be_visible()
-    page.get_by_role("button", name="Line", exact=True).click()
+    page.get_by_role("button", name=re.compile("^Line ")).click()
     line(page, "GAP 1, 0")
     expect(page.locator(".answers .result").first).to_contain_text("unplugged")
-    page.get_by_role("button", name="Line", exact=True).click()
-    page.get_by_role("button", name="Power", exact=True).click()
+    page.get_by_role("button", name=re.compile("^Line ")).click()
+    page.get_by_role("button", name=re.compile("^Power ")).click()
     expect(page.locator(".banner")).to_contain_text("no power")
     page.get_by_role("button", name="Switch it on").click()
     expect(page.locator(".banner")).to_have_count(0)
@@ -194,7 +195,7 @@ def test_the_rail_of_a_machine_shows_its_ends_and_switches(open_ide: OpenIde):
 
 def test_an_unplugged_line_is_told_and_plugged_in_again(page: Page):
     tab(page, "Bench")
-    page.get_by_role("button", name="Line", exact=True).click()
+    page.get_by_role("button", name=re.compile("^Line ")).click()
     page.get_by_role("button", name="Plug it in").click()
     expect(page.locator(".banner")).to_have_count(0)
 
@@ -226,13 +227,48 @@ def test_an_input_held_by_hand_is_given_back_to_the_bench(open_ide: OpenIde):
 
 def test_stop_all_does_not_say_what_is_not_so(page: Page):
     tab(page, "Bench")
-    page.get_by_role("button", name="Line", exact=True).click()
+    page.get_by_role("button", name=re.compile("^Line ")).click()
     page.keyboard.press("F10")
     strip = page.locator(".banner.stop")
     expect(strip).to_contain_text("Not confirmed: the program (no answer: the line is unplugged), motor 0")
-    page.get_by_role("button", name="Line", exact=True).click()
+    page.get_by_role("button", name=re.compile("^Line ")).click()
     expect(strip).to_contain_text("all motors have confirmed that they stand")
     expect(page.get_by_role("button", name="Run", exact=True)).to_be_disabled()
     strip.get_by_role("button", name="Release").click()
     expect(strip).to_have_count(0)
     expect(page.get_by_role("button", name="Run", exact=True)).to_be_enabled()
+
+
+def test_an_arrow_moves_by_a_chosen_step(page: Page):
+    page.get_by_label("Step of the arrows of motor 1").select_option("100")
+    for _ in range(2):
+        page.get_by_role("button", name="Jog motor 1 right").click()
+    until(page, lambda: figure(page, 1, "position") == 200)
+    page.get_by_label("Step of the arrows of motor 1").select_option("fullstep")
+    page.get_by_role("button", name="Jog motor 1 left").click()
+    until(page, lambda: figure(page, 1, "position") == 136)
+
+
+def test_stop_all_is_in_view_on_every_screen(ide: Ide, chromium: Browser):
+    for width, height in ((390, 844), (640, 360), (820, 1180), (1280, 720), (1920, 1080)):
+        context = chromium.new_context(viewport={"width": width, "height": height})
+        page = context.new_page()
+        page.goto(ide.url)
+        page.locator(".axis").last.scroll_into_view_if_needed()
+        expect(page.get_by_role("button", name="STOP ALL")).to_be_in_viewport(ratio=1)
+        plot = page.locator(".plot .u-over").bounding_box()
+        assert plot is not None
+        assert plot["height"] >= 60
+        context.close()
+
+
+def test_bench_stands_beside_the_axes_where_there_is_room(ide: Ide, chromium: Browser):
+    context = chromium.new_context(viewport={"width": 1920, "height": 1080})
+    page = context.new_page()
+    page.goto(ide.url)
+    expect(page.locator(".axis").first).to_be_visible()
+    expect(page.locator(".bench")).to_be_visible()
+    tab(page, "Program")
+    expect(page.locator(".axis").first).to_be_visible()
+    expect(page.locator(".program")).to_be_visible()
+    context.close()

@@ -6,7 +6,7 @@ import re
 
 from playwright.sync_api import Page, expect
 
-from ide.page.driver import Ide, drafted, figure, shown, tab, until
+from ide.page.driver import Ide, drafted, figure, rename, shown, tab, until
 
 
 def test_one_click_runs_the_program_and_another_stops_it(page: Page):
@@ -137,7 +137,7 @@ def test_a_new_program_is_written_saved_and_renamed(page: Page, ide: Ide):
     page.keyboard.press("Control+s")
     expect(page.locator(".tab .dot")).to_have_count(0)
     assert (ide.folder / "program2.tmc").read_text().startswith("STOP")
-    page.get_by_role("treeitem", name="program2.tmc").dblclick()
+    rename(page, "program2.tmc")
     page.locator(".rename").fill("other.tmc")
     page.locator(".rename").press("Enter")
     expect(page.get_by_role("tab", name="other.tmc")).to_be_visible()
@@ -145,7 +145,7 @@ def test_a_new_program_is_written_saved_and_renamed(page: Page, ide: Ide):
 
 
 def test_a_field_keeps_what_is_typed_while_the_page_moves_on(page: Page, ide: Ide):
-    page.get_by_role("treeitem", name="program.tmc").dblclick()
+    rename(page, "program.tmc")
     page.locator(".rename").fill("half a na")
     (ide.folder / "other.tmc").write_text("STOP\n")
     expect(page.get_by_role("treeitem", name="other.tmc")).to_be_visible()
@@ -217,7 +217,7 @@ def test_a_refused_rename_changes_nothing(page: Page, ide: Ide):
     shown(page, "other.tmc").click()
     page.keyboard.type("// not saved\n")
     for _ in range(2):
-        page.get_by_role("treeitem", name="program.tmc").dblclick()
+        rename(page, "program.tmc")
         page.locator(".rename").fill("other.tmc")
         page.locator(".rename").press("Enter")
         expect(page.locator(".notice.error").last).to_contain_text("other.tmc is")
@@ -228,7 +228,7 @@ def test_a_refused_rename_changes_nothing(page: Page, ide: Ide):
 
 def test_a_renamed_file_keeps_its_breakpoint_and_is_not_called_deleted(page: Page):
     page.locator(".breakpoints .cm-gutterElement").nth(5).click()
-    page.get_by_role("treeitem", name="program.tmc").dblclick()
+    rename(page, "program.tmc")
     page.locator(".rename").fill("other.tmc")
     page.locator(".rename").press("Enter")
     expect(page.get_by_role("tab", name="other.tmc")).to_be_visible()

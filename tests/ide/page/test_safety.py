@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
@@ -120,6 +121,7 @@ def test_the_end_of_the_server_leaves_no_motor_turning(stage: Stage):
     line(page, "ROR 1, 700")
     until(page, lambda: ask("GAP 3, 1") == 700)
     page.keyboard.press("F9")
+    running(page)
     until(page, lambda: ask("GAP 3, 0") == 500)
     ide.process.terminate()
     ide.process.wait(10)
@@ -200,13 +202,15 @@ def test_what_is_shown_is_what_is_sent_or_nothing_is(stage: Stage):
     until(page, lambda: ask("GAP 1, 0") == 1200)
 
 
+def running(page: Page) -> None:
+    """Wait until the program runs: what another host sends before that is stored, not executed."""
+    expect(page.locator(".status-bar .pill").first).to_have_text("running")
+
+
 def load(observer: Connection, *lines: str) -> None:
     """Store a program as another host does."""
-    observer.execute(Instruction(132))
-    for text in lines:
-        observer.execute(parse_instruction(text))
-    observer.execute(Instruction(0))
-    observer.execute(Instruction(133))
+    for instruction in (Instruction(132), *map(parse_instruction, lines), Instruction(0), Instruction(133)):
+        observer.ask(instruction)
 
 
 def test_run_over_a_program_of_somebody_else_asks_first(stage: Stage):
@@ -223,6 +227,7 @@ def test_run_over_a_program_of_somebody_else_asks_first(stage: Stage):
     page.get_by_role("tab", name="program.tmc").click()
     page.keyboard.press("F9")
     dialog.get_by_role("button", name="Replace it").click()
+    running(page)
     until(page, lambda: ask("GAP 3, 0") == 500)
     page.keyboard.press("F9")
     expect(dialog).to_have_count(0)
@@ -276,3 +281,165 @@ def test_a_hidden_page_that_holds_a_jog_lets_it_go(stage: Stage, chromium: Brows
     until(page, lambda: ask("GAP 3, 1") == -400)
     page.evaluate("() => { clearInterval(0); for (let n = 1; n < 1e4; n++) clearInterval(n); }")
     until(page, lambda: ask("GAP 3, 1") == 0)
+
+
+def test_with_a_wrong_address_no_module_is_named(serve: Any, open_ide: OpenIde):
+    page, _ = open_ide("--port", serve("--pty").pty, "--address", "7")
+    expect(page.locator(".brand")).to_have_text("no module")
+    expect(page.locator(".lane .place")).to_contain_text("9600 baud, address 7")
+    expect(page.locator(".banner")).to_contain_text("No answer")
+    expect(page.locator(".axis.motor0 .state")).to_have_text("unknown")
+    expect(page.locator(".axis.motor0 [data-figure=position]")).to_have_text("\u2013")
+    expect(page.get_by_role("img", name="left switch unknown").first).to_be_visible()
+    expect(page.locator(".status-bar .pill").first).to_have_text("unknown")
+    page.get_by_role("button", name="Tools", exact=True).click()
+    page.get_by_role("button", name="Firmware and reset").click()
+    expect(page.locator(".tool-body dd").first).to_have_text("unknown")
+    page.get_by_role("button", name="Module configuration").click()
+    expect(page.locator(".tool-body")).to_contain_text("unknown")
+    expect(page.locator(".tool-body")).not_to_contain_text("unlocked")
+
+
+def test_values_of_a_lost_line_are_grey_and_say_how_old_they_are(serve: Any, open_ide: OpenIde):
+    served = serve("--tcp", "127.0.0.1:0")
+    page, _ = open_ide("--port", f"tcp://{served.tcp}")
+    expect(page.locator(".axis.motor1 .state")).to_have_text("at target")
+    expect(page.get_by_role("img", name="The module answers")).to_be_visible()
+    served.stop()
+    expect(page.locator(".axis.motor1")).to_have_class("axis motor1 stale")
+    expect(page.locator(".axis.motor1 .state")).to_contain_text("as of")
+    expect(page.get_by_role("img", name="The module does not answer")).to_be_visible()
+    expect(page.get_by_role("switch", name="ARMED")).to_be_disabled()
+    expect(page.locator(".status-bar .pill").first).to_have_text("unknown")
+
+
+def test_139_leads_to_a_terminal_with_a_way_back(stage: Stage):
+    page = stage.page
+    tab(page, "Direct mode")
+    page.get_by_role("combobox", name="Instruction").select_option("139")
+    page.get_by_role("button", name="Execute").click()
+    page.get_by_role("dialog").get_by_role("button", name="Apply").click()
+    expect(page.locator(".banner")).to_contain_text("speaks its ASCII interface")
+    field = page.get_by_role("textbox", name="ASCII line")
+    field.fill("GAP 4, 0")
+    field.press("Enter")
+    expect(page.get_by_role("log")).to_contain_text("BA 100 1000")
+    page.get_by_role("button", name="Back to binary (BIN)").click()
+    line(page, "GAP 4, 0")
+    expect(page.locator(".answers .value").first).to_have_text("1000")
+    expect(page.locator(".banner")).to_have_count(0)
+
+
+def test_the_second_reply_of_138_is_listed_with_its_command(stage: Stage):
+    page, _, ask, _ = stage
+    arm(page)
+    tab(page, "Direct mode")
+    line(page, "MVP ABS, 1, 900")
+    page.get_by_role("combobox", name="Instruction").select_option("138")
+    page.get_by_role("textbox", name="motors of").fill("2")
+    page.get_by_role("button", name="Execute").click()
+    expect(page.locator(".answer", has_text="138, second reply")).to_contain_text("targets reached")
+    assert ask("GAP 1, 1") == 900
+
+
+def test_a_changed_divisor_changes_the_speed_in_turns_at_once(stage: Stage):
+    page, _, ask, _ = stage
+    arm(page)
+    tab(page, "Direct mode")
+    line(page, "ROR 0, 400")
+    unit = page.locator(".axis.motor0 .figures .unit")
+    expect(unit).to_contain_text("57.2 rpm")
+    ask("SAP 154, 0, 4")
+    expect(unit).to_contain_text("28.6 rpm")
+    line(page, "MST 0")
+
+
+def test_the_palette_finds_tools_and_settings(stage: Stage):
+    page = stage.page
+    for words, title in (
+        ("firmw", "Firmware and reset"),
+        ("search", "Reference search"),
+        ("export", "Export settings as TOML"),
+        ("import", "Import settings\u2026"),
+    ):
+        page.keyboard.press("Control+p")
+        page.get_by_role("textbox", name="File or command").fill(words)
+        expect(page.get_by_role("option", name=title)).to_be_visible()
+        page.keyboard.press("Escape")
+
+
+def test_a_double_click_opens_a_file_and_renames_nothing(stage: Stage):
+    page = stage.page
+    page.get_by_role("treeitem", name="program.tmc").dblclick()
+    expect(page.locator(".rename")).to_have_count(0)
+
+
+def test_chip_registers_carry_the_manual_s_warning(stage: Stage):
+    page, _, ask, _ = stage
+    before = ask("GGP 6, 0")
+    page.get_by_role("button", name="Parameters", exact=True).click()
+    page.get_by_role("radio", name="Global").click()
+    expect(page.locator("tr.group").first).to_contain_text("wrong values damage the motor drivers")
+    page.get_by_label("changed only").check()
+    expect(page.locator("table.parameters tbody tr:not(.group)")).to_have_count(0)
+    page.get_by_label("changed only").uncheck()
+    field = page.get_by_role("textbox", name="TMC428/TMC429 SMGP register")
+    field.fill("1")
+    field.press("Enter")
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("the manual warns")
+    dialog.get_by_role("button", name="Cancel").click()
+    assert ask("GGP 6, 0") == before
+
+
+def test_the_module_in_the_head_follows_a_change_of_its_address(stage: Stage):
+    page = stage.page
+    page.get_by_role("button", name="Tools", exact=True).click()
+    page.get_by_role("button", name="Module configuration").click()
+    field = page.get_by_role("textbox", name="serial address", exact=True)
+    field.fill("5")
+    field.press("Enter")
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("serial address becomes 5")
+    dialog.get_by_role("button", name="Apply").click()
+    expect(page.locator(".lane .place")).to_contain_text("address 5")
+    expect(page.get_by_role("img", name="The module answers")).to_be_visible()
+
+
+def test_a_keeper_reads_an_old_module_out_and_restores_it_to_a_spare(
+    serve: Any, open_ide: OpenIde, tmp_path: Path
+):
+    old, spare = (serve("--pty", "--tcp", "127.0.0.1:0") for _ in range(2))
+    with (
+        Connection.open(f"tcp://{old.tcp}") as old_module,
+        Connection.open(f"tcp://{spare.tcp}") as spare_module,
+    ):
+        for text in ("SAP 4, 0, 611", "SAP 193, 2, 3", "SGP 12, 2, 77", "STGP 12, 2", "SCO 5, 1, -4321"):
+            old_module.execute(parse_instruction(text))
+        page, _ = open_ide("--port", old.pty)
+        page.get_by_role("button", name="Upload and disassemble").click()
+        expect(page.locator(".notice")).to_contain_text("memory is empty")
+        page.get_by_role("button", name="Parameters", exact=True).click()
+        with page.expect_download() as started:
+            page.get_by_role("button", name="Export .toml").click()
+        text = Path(started.value.path()).read_text()
+        assert "max_speed = 611" in text
+        field = page.get_by_role("textbox", name="maximum positioning speed of motor 0")
+        expect(field).to_have_value("611")
+        field.fill("612")
+        field.press("Enter")
+        other, _ = open_ide("--port", spare.pty)
+        if other.get_by_role("button", name="Import").count() == 0:
+            other.get_by_role("button", name="Parameters", exact=True).click()
+        with other.expect_file_chooser() as chooser:
+            other.get_by_role("button", name="Import").click()
+        chooser.value.set_files({"name": "old.toml", "mimeType": "text/plain", "buffer": text.encode()})
+        expect(other.get_by_role("textbox", name="maximum positioning speed of motor 0")).to_have_value("611")
+        values = [
+            spare_module.execute(parse_instruction(text)).value
+            for text in ("GAP 4, 0", "GAP 193, 2", "GGP 12, 2", "GCO 5, 1", "GAP 3, 0")
+        ]
+        assert values == [611, 3, 77, -4321, 0]
+        assert old_module.execute(parse_instruction("GAP 4, 0")).value == 612
+        old_module.execute(parse_instruction("SAP 2, 1, 0"))
+        expect(page.locator(".axis.motor1 .state")).to_have_text("stopped")

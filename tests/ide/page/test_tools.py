@@ -158,3 +158,26 @@ def test_ways_are_converted(page: Page):
     turns.press("Enter")
     expect(page.get_by_role("textbox", name="Microsteps", exact=True)).to_have_value("32000")
     expect(page.locator(".tool-body")).to_contain_text("900")
+
+
+def test_a_wheel_zooms_one_lane_and_a_double_click_brings_all_back(page: Page):
+    page.keyboard.press("F9")
+    until(page, lambda: figure(page, 0, "speed") == 500)
+    box = page.locator(".plot .u-over").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 100, box["y"] + box["height"] * 0.75)
+    page.mouse.wheel(0, -100)
+    newest = page.get_by_role("button", name="Show the newest")
+    expect(newest).to_be_visible()
+    newest.click()
+    expect(newest).to_have_count(0)
+
+
+def test_a_trigger_holds_the_picture_around_its_moment(page: Page):
+    page.get_by_role("button", name="Trigger", exact=True).click()
+    page.get_by_label("Trigger curve").select_option(label="speed 0")
+    page.get_by_role("textbox", name="Trigger level").fill("250")
+    page.get_by_role("menuitem", name="Arm the trigger").click()
+    page.keyboard.press("F9")
+    expect(page.locator(".notice", has_text="speed 0 rising through 250")).to_be_visible()
+    expect(page.get_by_role("button", name="Show the newest")).to_be_visible()

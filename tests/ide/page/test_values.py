@@ -72,7 +72,9 @@ def test_parameters_are_searched_changed_marked_and_exported(page: Page):
         page.get_by_role("button", name="Export .toml").click()
     text = Path(started.value.path()).read_text()
     assert "[axis.1]\nmax_speed = 1234\n" in text
-    page.locator("input[type=file]").set_input_files(
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Import").click()
+    chooser.value.set_files(
         {"name": "s.toml", "mimeType": "text/plain", "buffer": text.replace("1234", "888").encode()}
     )
     expect(field).to_have_value("888")
@@ -155,3 +157,24 @@ def test_the_log_shows_what_other_hosts_say(open_ide: OpenIde):
         connection.execute(parse_instruction("MVP ABS, 1, 4000"))
     expect(page.locator(".telegram", has_text="MVP ABS, 1, 4000")).to_contain_text("tcp")
     until(page, lambda: figure(page, 1, "position") == 4000)
+
+
+def test_direct_commands_are_recorded_into_the_program(page: Page):
+    tab(page, "Direct mode")
+    page.get_by_role("button", name="Record", exact=True).click()
+    line(page, "SAP 4, 1, 777")
+    expect(page.locator(".cm-content")).to_contain_text("SAP 4, 1, 777")
+    page.get_by_role("button", name="Recording").click()
+    line(page, "SAP 4, 1, 778")
+    expect(page.locator(".answer")).to_have_count(2)
+    expect(page.locator(".cm-content")).not_to_contain_text("778")
+
+
+def test_the_palette_finds_labels_and_tab_leaves_the_editor_after_escape(page: Page):
+    page.keyboard.press("Control+p")
+    page.get_by_role("textbox", name="File or command").fill("rest")
+    page.get_by_role("option", name="Rest label").click()
+    expect(page.locator(".cm-activeLine")).to_contain_text("Rest:")
+    page.keyboard.press("Escape")
+    page.keyboard.press("Tab")
+    expect(page.locator(".cm-content")).not_to_be_focused()

@@ -39,7 +39,7 @@ export const theme = EditorView.theme({
     ".cm-lsp-documentation, .cm-lsp-hover-tooltip": { padding: "6px 10px", lineHeight: "1.45" },
     ".cm-lsp-documentation p, .cm-lsp-hover-tooltip p": { margin: "4px 0" },
     ".cm-completionInfo p": { margin: "4px 0" },
-    ".inlay": { color: "var(--faint)", fontSize: "11px", padding: "0 3px 0 6px", fontStyle: "italic" },
+    ".inlay": { color: "var(--muted)", fontSize: "11px", padding: "0 3px 0 6px", fontStyle: "italic" },
     ".diagnostic": { display: "flex", flexWrap: "wrap", gap: "6px", alignItems: "center" },
     ".diagnostic-code": { color: "var(--muted)", marginLeft: "8px", fontSize: "11px", fontFamily: "var(--mono)" },
     ".cm-diagnosticSource": { display: "none" },

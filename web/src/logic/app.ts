@@ -1,16 +1,16 @@
 // The page's state: what the server told, what the module does, and the notices on screen.
 import { batch, computed, signal } from "@preact/signals";
 import {
-    GROUPS, MOTOR_FLAGS, PROTOCOL, TIME_FLAGS, readBoard, readFrame, readMotor, readProgram, readTime,
+    CURVES, GROUPS, MOTOR_FLAGS, PROTOCOL, TIME_FLAGS, readBoard, readFrame, readMotor, readProgram, readQuality, readTime,
 } from "../wire";
 import type {
-    BoardState, Call, Exchange, FileEntry, Listing, MotorState, Parameter, ProgramState, Results,
+    BoardState, Call, Exchange, FileEntry, Listing, MotorState, Parameter, ProgramState, QualityState, Results,
     ServerEvent, Severity, Telegram, TimeState, Watched, Welcome, World,
 } from "../wire";
 import { sure } from "./confirm";
 import { Connection, RefusedError } from "./connection";
 import { remembered } from "./settings";
-import { Samples } from "./samples";
+import { HOLE, Samples } from "./samples";
 
 export const connection = new Connection("/wire");
 
@@ -20,11 +20,13 @@ export const files = signal<FileEntry[]>([]);
 export const loaded = signal<Listing | null>(null);
 export const world = signal<World | null>(null);
 export const progress = signal<{ title: string; done: number; total: number } | null>(null);
-export const link = signal<{ up: boolean; text: string }>({ up: true, text: "" });
+export const link = signal<{ up: boolean; text: string; place: string; ascii: boolean }>({ up: true, text: "", place: "", ascii: false });
 /** Windows that look at this module. */
 export const windows = signal(1);
 
 export const online = computed(() => connection.state.value === "open" && welcome.value !== null);
+/** The module can be reached too. */
+export const reachable = computed(() => online.value && link.value.up && (!told.value || (powered.value && plugged.value)));
 export const can = computed(
     () => welcome.value?.ability ?? { bench: false, debug: false, peek: false, language_server: false },
 );
@@ -56,9 +58,37 @@ function showFigures(): void {
 }
 
 export const board = signal<BoardState>(readBoard(empty, 0));
-export const watched = signal<number[]>([]);
+export const watched = signal<(number | null)[]>([]);
+
+// ------------------------------------------------------------------ what is known, and since when
+const ALL = 0xffffffff;
+const nothing: QualityState = { ...readQuality(empty, 0), motor0: ALL, motor1: ALL, motor2: ALL, program: 0xffff, board: 0xffff, seen: 0 };
+const quality = signal<QualityState>(nothing);
+/** Number of a value in its group, by name. */
+const order = (state: object): Record<string, number> => Object.fromEntries(Object.keys(state).map((name, at) => [name, at]));
+const MOTOR_ROWS = order(readMotor(empty, 0));
+const PROGRAM_ROWS = order(readProgram(empty, 0));
+const BOARD_ROWS = order(readBoard(empty, 0));
+const has = (unknown: number, row: number): boolean => ((unknown >>> row) & 1) === 0;
+export const motorKnown = (motor: number, name: keyof MotorState): boolean =>
+    has(quality.value[`motor${motor}` as "motor0"], MOTOR_ROWS[name]!);
+export const programKnown = (name: keyof ProgramState): boolean => has(quality.value.program, PROGRAM_ROWS[name]!);
+export const boardKnown = (name: keyof BoardState): boolean => has(quality.value.board, BOARD_ROWS[name]!);
+/** Values of a real module are stale when it has sent none for so long [s]. */
+const STALE_S = 1.5;
+/** How old what is shown is, in whole seconds; 0 while it is fresh, null while there is nothing. */
+export const age = computed<number | null>(() => {
+    const { seen } = quality.value;
+    if (seen < 0 && online.value) return 0;
+    const seconds = (time.value.clock - seen) / (welcome.value?.tables.clock_hz ?? 16e6);
+    if (seen === 0) return null;
+    return online.value && link.value.up && seconds < STALE_S ? 0 : Math.max(1, Math.floor(seconds));
+});
+export const stale = computed(() => age.value !== 0);
 export const clockSeconds = computed(() => time.value.clock / (welcome.value?.tables.clock_hz ?? 16e6));
 export const powered = computed(() => (time.value.flags & TIME_FLAGS.powered) !== 0);
+/** A first frame has come. */
+export const told = computed(() => time.value.clock > 0);
 export const timePaused = computed(() => (time.value.flags & TIME_FLAGS.paused) !== 0);
 export const plugged = computed(() => (time.value.flags & TIME_FLAGS.plugged) !== 0);
 /** The program is held by the debugger or does not run: its place may be shown as the current line. */
@@ -76,15 +106,14 @@ const takers: Record<string, (group: never) => void> = {
     motor1: (group: MotorState) => (motors[1]!.value = group),
     motor2: (group: MotorState) => (motors[2]!.value = group),
     board: (group: BoardState) => (board.value = group),
+    quality: (group: QualityState) => (quality.value = group),
 };
 
 // ------------------------------------------------------------------ samples for the plots
 /** Curves of a motor, in the order of the sample columns. */
-export const MOTOR_CURVES = [
-    "position", "target", "speed", "target_speed", "load", "current", "encoder", "acceleration",
-] as const;
+export const MOTOR_CURVES = CURVES;
 export const WATCH_SLOTS = 8;
-export const samples = new Samples(1 + 3 * MOTOR_CURVES.length + 2 + WATCH_SLOTS, 36_000);
+export const samples = new Samples(1 + 3 * MOTOR_CURVES.length + 2 + WATCH_SLOTS, 60_000);
 const row = new Float64Array(samples.width);
 export const columnOf = (motor: number, curve: number): number => 1 + motor * MOTOR_CURVES.length + curve;
 export const COUNTER_COLUMN = 1 + 3 * MOTOR_CURVES.length;
@@ -93,21 +122,34 @@ export const WATCH_COLUMN = COUNTER_COLUMN + 2;
 /** Called after each state frame: draws what is drawn by hand (dials, plots). */
 export const frameListeners = new Set<() => void>();
 
-function sample(): void {
-    let at = 0;
-    row[at++] = clockSeconds.peek();
-    for (const motor of motors) {
-        const state = motor.peek();
-        for (const curve of MOTOR_CURVES) row[at++] = state[curve];
+/** Take the rows of a message (src/tmcm34x/ide/sampling.py): a value, unknown, or not looked at for each column. */
+function takeSamples(data: ArrayBuffer): void {
+    const view = new DataView(data);
+    const seconds = 1 / (welcome.peek()?.tables.clock_hz ?? 16e6);
+    for (let at = 1; at < data.byteLength; ) {
+        row[0] = view.getFloat64(at, true) * seconds;
+        const looked = [view.getUint32(at + 8, true), view.getUint32(at + 12, true)];
+        const known = [view.getUint32(at + 16, true), view.getUint32(at + 20, true)];
+        at += 24;
+        for (let column = 0; column < samples.width - 1; column++) {
+            const word = column >> 5;
+            const bit = 1 << (column & 31);
+            if (!(looked[word]! & bit)) {
+                row[column + 1] = HOLE;
+                continue;
+            }
+            row[column + 1] = known[word]! & bit ? view.getInt32(at, true) : NaN;
+            at += 4;
+        }
+        samples.add(row);
+        for (const look of sampleListeners) look(row);
     }
-    row[at++] = program.peek().counter;
-    row[at++] = board.peek().outputs;
-    const values = watched.peek();
-    for (let n = 0; n < WATCH_SLOTS; n++) row[at++] = values[n] ?? NaN;
-    if (!samples.length || row[0]! !== samples.time(samples.length - 1)) samples.add(row);
 }
+/** Called with each row of samples. */
+export const sampleListeners = new Set<(row: Float64Array) => void>();
 
 connection.onFrame = (data) => {
+    if (new Uint8Array(data, 0, 1)[0] === 0) return takeSamples(data);
     batch(() => {
         readFrame(
             data,
@@ -116,7 +158,6 @@ connection.onFrame = (data) => {
         );
         showFigures();
     });
-    sample();
     for (const draw of frameListeners) draw();
 };
 
@@ -151,11 +192,17 @@ export function notify(severity: Severity, text: string, action?: Notice["action
     const id = ++noticeId;
     const others = notices.value.filter((notice) => notice.text !== text && (!key || notice.key !== key)).slice(-3);
     notices.value = [...others, { id, severity, text, action, key }];
-    if (severity !== "error") setTimeout(() => dismiss(id), action ? 15000 : 6000);
+    setTimeout(() => dismiss(id), severity === "error" ? 30000 : action ? 15000 : 6000);
 }
 
 export const dismiss = (id: number): void => {
     notices.value = notices.value.filter((notice) => notice.id !== id);
+};
+
+/** Messages of these kinds have lost their cause. */
+export const forget = (...keys: string[]): void => {
+    const left = notices.peek().filter((notice) => !keys.includes(notice.key ?? ""));
+    if (left.length !== notices.peek().length) notices.value = left;
 };
 
 // ------------------------------------------------------------------ asking
@@ -185,7 +232,8 @@ const NEVER_ANSWERED = 137;
 /** Send one command; anything but success becomes a notice. */
 export async function execute(command: Command): Promise<Exchange | null> {
     const exchange = await ask({ call: "execute", ...command });
-    if (exchange && exchange.status !== 100 && command.number !== NEVER_ANSWERED) notify("warning", `${exchange.text}: ${exchange.meaning}`);
+    if (exchange?.status === 100) forget("command");
+    if (exchange && exchange.status !== 100 && command.number !== NEVER_ANSWERED) notify("warning", `${exchange.text}: ${exchange.meaning}`, undefined, "command");
     return exchange;
 }
 
@@ -261,7 +309,7 @@ connection.onEvent = (event) => {
             world.value = event.world;
             break;
         case "link":
-            link.value = { up: event.up, text: event.text };
+            link.value = event;
             break;
         case "output":
             notify(event.severity, event.text);
@@ -280,7 +328,7 @@ function welcomed(event: Welcome): void {
     progress.value = null;
     lastTelegram.value = 0;
     telegrams.value = [];
-    document.title = `${event.model.name} · tmcm34x`;
+    document.title = `${event.model.known ? event.model.name : "no module"} · tmcm34x`;
     sendRate();
     if (watches.value.length) sendWatches();
     void connection.call({ call: "list_files" }).then((list) => (files.value = list));

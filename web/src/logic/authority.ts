@@ -1,15 +1,15 @@
 // Who moves what: arming, STOP ALL, and what this window has under way on the server.
 import { computed, effect, signal } from "@preact/signals";
 import type { Authority, MotionShape } from "../wire";
-import { ask, connection, link, notify, onServerEvent, online, welcome } from "./app";
+import { ask, connection, forget, notify, onServerEvent, reachable, welcome } from "./app";
 
 const NONE: Authority = { event: "authority", real: false, armed: false, latched: false, doubts: [], motions: [], found: "" };
 export const authority = signal<Authority>(NONE);
 /** Motors may be set in motion from here. */
-export const ready = computed(() => online.value && link.value.up && authority.value.armed && !authority.value.latched);
+export const ready = computed(() => reachable.value && authority.value.armed && !authority.value.latched);
 /** Why they may not, for the titles of buttons. */
 export const notReady = computed(() =>
-    authority.value.latched ? "STOP ALL holds: release it first" : !authority.value.armed ? "Not armed: switch ARMED on first" : "");
+    !reachable.value ? "The module cannot be reached" : authority.value.latched ? "STOP ALL holds: release it first" : !authority.value.armed ? "Not armed: switch ARMED on first" : "");
 
 export interface Point { velocity: number; mean: number; deviation: number }
 export const profilePoints = signal<Point[]>([]);
@@ -31,6 +31,10 @@ let timer = 0;
 effect(() => {
     clearInterval(timer);
     if (own.value) timer = window.setInterval(() => void connection.call({ call: "ping" }).catch(() => {}), AGAIN_MS);
+});
+
+effect(() => {
+    if (ready.value) forget("disarmed", "latched", "silent");
 });
 
 export const arm = (on: boolean): Promise<unknown> => ask({ call: "arm", on });

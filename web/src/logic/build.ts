@@ -96,8 +96,16 @@ export async function upload(): Promise<void> {
     const text = await ask({ call: "upload" });
     busy.value = "";
     if (text === null) return;
-    if (text.trim()) newFile(text, "uploaded");
-    else notify("information", "The module's program memory is empty.");
+    if (text.trim()) {
+        newFile(text, "uploaded");
+        await adopt(active.value);
+    } else notify("information", "The module's program memory is empty.");
+}
+
+/** The text of `path` is what the module holds: it gets the running line and breakpoints. */
+async function adopt(path: string): Promise<void> {
+    const known = await ask({ call: "adopt", path, texts: screenTexts() });
+    if (known === false) notify("warning", "The uploaded text does not assemble to what the module holds: running line and breakpoints are not shown in it.");
 }
 
 /** The source differs from what the module holds. */

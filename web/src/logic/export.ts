@@ -13,7 +13,7 @@ export function toCsv(samples: Samples, curves: readonly Curve[]): string {
     for (let n = 0; n < samples.length; n++) {
         const values = curves.map(({ column }) => {
             const value = samples.value(column, n);
-            return Number.isNaN(value) ? "" : String(value);
+            return Number.isFinite(value) ? String(value) : "";
         });
         lines.push([samples.time(n).toFixed(6), ...values].join(","));
     }
@@ -43,7 +43,7 @@ export function toVcd(samples: Samples, curves: readonly Curve[]): string {
         }
         curves.forEach(({ column }, index) => {
             const value = samples.value(column, n);
-            if (Number.isNaN(value) || value === last[index]) return;
+            if (!Number.isFinite(value) || value === last[index]) return;
             at(samples.time(n));
             lines.push(`b${(value >>> 0).toString(2)} ${identifier(index)}`);
             last[index] = value;

@@ -9,6 +9,11 @@ export const theme = remembered<"dark" | "light" | "">("theme", "");
 const fingers = matchMedia("(pointer: coarse)").matches;
 export const layout = remembered("layout", { files: true, filesWidth: 188, rightWidth: fingers ? 476 : 404, bottomHeight: fingers ? 296 : 236 });
 export const right = remembered<RightPanel>("right", "axes");
+/** With room enough the axes stay, and bench or program stand beside them. */
+const wide = matchMedia("(min-width: 1600px)");
+export const roomy = signal(wide.matches);
+wide.addEventListener("change", () => (roomy.value = wide.matches));
+export const second = remembered<"bench" | "program">("second", "bench");
 export const bottom = remembered<BottomPanel>("bottom", "plot");
 /** Below a page that is no file, which needs the room, the lower panel is closed unless asked for. */
 export const bottomOfPages = remembered<BottomPanel>("bottom-of-pages", "");
@@ -20,5 +25,9 @@ export const bottomTall = signal(false);
 /** Text in the palette; null while it is closed. */
 export const palette = signal<string | null>(null);
 
-export const showRight = (panel: RightPanel): void => void (right.value = panel);
+export function showRight(panel: RightPanel): void {
+    if (roomy.value && (panel === "bench" || panel === "program")) second.value = panel;
+    else right.value = panel;
+    if (roomy.value && !right.value) right.value = "axes";
+}
 export const showBottom = (panel: BottomPanel): void => void (lowerPanel().value = panel);

@@ -82,7 +82,7 @@ let timer = 0;
 async function poll(): Promise<void> {
     if (!document.hidden) await refresh();
     const quick = welcome.value?.ability.peek;
-    timer = window.setTimeout(() => void poll(), wanted.peek().size ? (quick ? 500 : 4000) : quick ? 1500 : 15000);
+    timer = window.setTimeout(() => void poll(), wanted.peek().size ? (quick ? 500 : 1000) : quick ? 1500 : 15000);
 }
 effect(() => {
     void wanted.value;

@@ -1,5 +1,8 @@
 // The plots' memory: a ring of samples with one column a curve, of constant size however long the page is open.
 
+/** In a column that was not looked at when the row was taken: no gap, and no value. NaN is a gap. */
+export const HOLE = -Infinity;
+
 export interface Mark {
     time: number;
     text: string;
@@ -70,10 +73,24 @@ export class Samples {
         return low;
     }
 
-    /** Values of `column` from `first` to before `last`, thinned to every `stride`th sample. */
-    slice(column: number, first: number, last: number, stride = 1): Float64Array {
-        const result = new Float64Array(Math.max(0, Math.ceil((last - first) / stride)));
-        for (let n = 0, index = first; index < last; n++, index += stride) result[n] = this.value(column, index);
+    /** Values of `column` from `first` to before `last` for a plot, the last of each `stride` rows; undefined where none
+     * was looked at, null where it was unknown. */
+    slice(column: number, first: number, last: number, stride = 1): (number | null | undefined)[] {
+        const result: (number | null | undefined)[] = [];
+        for (let index = first; index < last; index += stride) {
+            let value = HOLE;
+            for (let at = Math.min(index + stride, last) - 1; at >= index && value === HOLE; at--) value = this.value(column, at);
+            result.push(value === HOLE ? undefined : Number.isNaN(value) ? null : value);
+        }
         return result;
+    }
+
+    /** The last value of `column` up to `index`, NaN where it is unknown. */
+    lastValue(column: number, index: number): number {
+        for (let at = index; at >= 0; at--) {
+            const value = this.value(column, at);
+            if (value !== HOLE) return value;
+        }
+        return NaN;
     }
 }

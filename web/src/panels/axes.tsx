@@ -2,8 +2,9 @@
 import { useComputed, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { MOTOR_FLAGS, type AxisWorld, type Cam as CamPlace } from "../wire";
-import { ask, axisParameter, connection, figures, flag, motors, online, powered, send, tables, welcome, world } from "../logic/app";
-import { parameters } from "../logic/parameters";
+import {
+    age, ask, connection, figures, flag, motorKnown, motors, online, powered, send, stale, tables, welcome, world,
+} from "../logic/app";
 import { remembered } from "../logic/settings";
 import { grouped, rate, rpm, short, type Scale } from "../logic/units";
 import { Dial } from "../widgets/dial";
@@ -13,19 +14,39 @@ import { LocalNumber } from "../widgets/fields";
 import { Icon } from "../widgets/icons";
 
 export const FULLSTEPS = 200;
-const MODES = ["position", "soft", "velocity"];
 
 /** Scale of a motor's units, from its parameters as last read. */
 export function scaleOf(motor: number): Scale {
-    const value = (key: string) => parameters.value.axis.get(axisParameter(key).number)?.[motor] ?? axisParameter(key).default;
+    const { pulse_div, ramp_div, resolution } = figures[motor]!.value;
     return {
-        clock_hz: tables.value.clock_hz, pulse_div: value("pulse_divisor"), ramp_div: value("ramp_divisor"),
-        resolution: figures[motor]!.value.resolution, fullsteps_per_turn: world.value?.axes[motor]?.fullsteps ?? FULLSTEPS,
+        clock_hz: tables.value.clock_hz, pulse_div, ramp_div, resolution, fullsteps_per_turn: world.value?.axes[motor]?.fullsteps ?? FULLSTEPS,
     };
 }
 
 const jogSpeed = remembered<(number | null)[]>("jog", [400, 400, 400]);
 const moveTo = remembered<(number | null)[]>("move", [10000, 10000, 10000]);
+
+/** What a press of an arrow does: 0 turns while it is held, else it moves by so many microsteps, full steps or degrees. */
+const STRIDES = [["hold", "hold"], ["1", "1 \u00b5step"], ["10", "10 \u00b5steps"], ["100", "100 \u00b5steps"], ["fullstep", "1 full step"], ["1deg", "1\u00b0"], ["10deg", "10\u00b0"], ["mm", "1 mm"]] as const;
+type Stride = (typeof STRIDES)[number][0];
+const strides = remembered<Stride[]>("strides", ["hold", "hold", "hold"]);
+
+/** Microsteps of a stride of a motor. */
+function microsteps(motor: number, stride: Stride): number {
+    const { resolution } = figures[motor]!.value;
+    const axis = world.value?.axes[motor];
+    const turn = (axis?.fullsteps ?? FULLSTEPS) * 2 ** resolution;
+    switch (stride) {
+        case "fullstep": return 2 ** resolution;
+        case "1deg": return Math.round(turn / 360);
+        case "10deg": return Math.round(turn / 36);
+        case "mm": return axis ? Math.round(turn / Math.abs(axis.turn)) : 0;
+        default: return Number(stride);
+    }
+}
+
+/** Millimetres are offered where a bench says what one is. */
+const stridesOf = (motor: number) => STRIDES.filter(([stride]) => stride !== "mm" || world.value?.axes[motor]?.unit === "mm");
 
 /** The server stops a motor of whose button it has not heard for a second. */
 const AGAIN_MS = 250;
@@ -38,6 +59,8 @@ function Jog({ motor, direction }: { motor: number; direction: -1 | 1 }) {
     const start = () => {
         const speed = jogSpeed.value[motor];
         if (held.value || !ready.value || speed == null) return;
+        const stride = strides.value[motor]!;
+        if (stride !== "hold") return void send("MVP", 1, motor, direction * microsteps(motor, stride));
         held.value = true;
         const velocity = direction * speed;
         void ask({ call: "jog", motor, velocity });
@@ -68,7 +91,7 @@ function Jog({ motor, direction }: { motor: number; direction: -1 | 1 }) {
     const name = direction > 0 ? "right" : "left";
     return (
         <button class={`jog ${held.value ? "held" : ""}`} disabled={!ready.value || jogSpeed.value[motor] == null}
-            title={notReady.value || `Hold to turn ${name} at speed ${jogSpeed.value[motor]}`} aria-label={`Jog motor ${motor} ${name}`}
+            title={notReady.value || (strides.value[motor] === "hold" ? `Hold to turn ${name} at speed ${jogSpeed.value[motor]}` : `Move ${name} by ${strides.value[motor]}`)} aria-label={`Jog motor ${motor} ${name}`}
             onPointerDown={(event) => {
                 if (event.button !== 0) return;
                 event.currentTarget.setPointerCapture(event.pointerId);
@@ -168,62 +191,87 @@ function Bar({ value, top, tone, label }: { value: number; top: number; tone: st
     );
 }
 
+const UNKNOWN = "\u2013";
+
+/** What a motor does, in words that are true of the values that came last. */
+function stateOf(motor: number): string {
+    if (!powered.value) return "no power";
+    if (age.value === null) return "unknown";
+    if (age.value > 0) return `as of ${age.value} s ago`;
+    if (!(["speed", "target", "target_speed", "mode", "flags", "search"] as const).every((name) => motorKnown(motor, name))) return "unknown";
+    const { speed, target, target_speed: wanted, mode, search, slip, flags } = figures[motor]!.value;
+    const on = (name: keyof typeof MOTOR_FLAGS) => (flags & MOTOR_FLAGS[name]) !== 0;
+    if (search) return `reference search, step ${search}`;
+    if (on("stalled")) return "stalled";
+    if (slip) return `${Math.abs(slip)} full steps lost`;
+    const way = mode === 0 ? target - figures[motor]!.value.position : wanted;
+    if (!speed && way < 0 && on("left") && !on("left_off")) return "stopped by the left switch";
+    if (!speed && way > 0 && on("right") && !on("right_off")) return "stopped by the right switch";
+    if (mode === 0) return on("reached") ? "at target" : speed ? `moving to ${grouped(target)}` : `stands, target ${grouped(target)}`;
+    if (!speed && !wanted) return "stopped";
+    return speed === wanted ? `turning ${speed > 0 ? "right" : "left"}` : wanted ? `turning ${wanted > 0 ? "right" : "left"}, ramp` : "slowing down";
+}
+
 const ERRORS = ["overcurrent A", "overcurrent B", "open load A", "open load B", "overcurrent high side",
     "undervoltage", "temperature warning", "overtemperature"];
 
 function Axis({ motor }: { motor: number }) {
-    const position = useComputed(() => grouped(figures[motor]!.value.position));
-    const target = useComputed(() => grouped(figures[motor]!.value.target));
-    const speed = useComputed(() => grouped(figures[motor]!.value.speed));
+    const shown = (name: "position" | "target" | "speed") => useComputed(() => (motorKnown(motor, name) ? grouped(figures[motor]!.value[name]) : UNKNOWN));
+    const position = shown("position");
+    const target = shown("target");
+    const speed = shown("speed");
     const unit = useComputed(() => {
+        if (!(["speed", "resolution", "pulse_div", "ramp_div"] as const).every((name) => motorKnown(motor, name))) return UNKNOWN;
         const scale = scaleOf(motor);
         const now = figures[motor]!.value.speed;
         const axis = world.value?.axes[motor];
-        const place = axis && (axis.unit !== "mm" || axis.low !== null || axis.high !== null || axis.cams.length) ? `${figures[motor]!.value.place.toFixed(2).replace("-", "\u2212")} ${axis.unit} · ` : "";
-        return `${place}${short(rpm(scale, now))} rpm · ${short(rate(scale, now) / 1000)} k\u00b5steps/s`;
+        const place = axis && (axis.unit !== "mm" || axis.low !== null || axis.high !== null || axis.cams.length) ? `${figures[motor]!.value.place.toFixed(2).replace("-", "\u2212")} ${axis.unit} \u00b7 ` : "";
+        return `${place}${short(rpm(scale, now))} rpm \u00b7 ${short(rate(scale, now) / 1000)} k\u00b5steps/s`;
     });
     const load = useComputed(() => motors[motor]!.value.load);
     const still = useComputed(() => motors[motor]!.value.speed === 0);
     const current = useComputed(() => motors[motor]!.value.current);
-    const mode = useComputed(() => motors[motor]!.value.mode);
+    const mode = useComputed(() => (motorKnown(motor, "mode") ? motors[motor]!.value.mode : 0));
     const search = useComputed(() => motors[motor]!.value.search);
     const errors = useComputed(() => motors[motor]!.value.errors);
     const slip = useComputed(() => motors[motor]!.value.slip);
     const flags = useComputed(() => motors[motor]!.value.flags);
     const drivers = (welcome.value?.model.max_current_ma ?? 0) > 0;
     const on = (name: keyof typeof MOTOR_FLAGS) => (flags.value & MOTOR_FLAGS[name]) !== 0;
-    const state = !powered.value ? "no power" : search.value ? `reference search, step ${search.value}`
-        : on("stalled") ? "stalled" : slip.value ? `${Math.abs(slip.value)} full steps lost`
-        : on("reached") && mode.value === 0 ? "at target" : MODES[mode.value] + " mode";
-    const tone = on("stalled") || slip.value || errors.value ? "bad" : on("reached") && mode.value === 0 ? "good" : "";
+    const words = useComputed(() => stateOf(motor));
+    const state = words.value;
+    const tone = on("stalled") || slip.value || errors.value ? "bad" : state === "at target" ? "good" : "";
     const top = welcome.value?.model.max_current_ma ?? 0;
     const goal = moveTo.value[motor] ?? null;
     return (
-        <section class={`axis motor${motor}`} aria-label={`Motor ${motor}`}>
+        <section class={`axis motor${motor} ${stale.value ? "stale" : ""}`} aria-label={`Motor ${motor}`}>
             <header>
                 <span class="name">Motor {motor}</span>
                 <span class={`state ${tone}`}>{state}</span>
+                <select class="stride" aria-label={`Step of the arrows of motor ${motor}`} title="What a press of an arrow does" value={strides.value[motor]}
+                    onChange={(event) => (strides.value = strides.value.with(motor, event.currentTarget.value as Stride))}>
+                    {stridesOf(motor).map(([stride, title]) => <option key={stride} value={stride} selected={stride === strides.value[motor]}>{title}</option>)}</select>
                 <span class="lamps">
-                    <label title="Left stop switch (axis parameter 11)">L<Lamp on={on("left")} label="left switch" tone={on("left_off") ? "off" : "warn"} /></label>
-                    <label title="Right stop switch (axis parameter 10)">R<Lamp on={on("right")} label="right switch" tone={on("right_off") ? "off" : "warn"} /></label>
+                    <label title="Left stop switch (axis parameter 11)">L<Lamp unknown={!motorKnown(motor, "flags")} on={on("left")} label="left switch" tone={on("left_off") ? "off" : "warn"} /></label>
+                    <label title="Right stop switch (axis parameter 10)">R<Lamp unknown={!motorKnown(motor, "flags")} on={on("right")} label="right switch" tone={on("right_off") ? "off" : "warn"} /></label>
                 </span>
             </header>
             <Dial motor={motor} />
-            <dl class="figures">
-                <div class="big"><dt>position</dt><dd data-figure="position">{position}</dd></div>
-                <div><dt>target</dt><dd class={mode.value === 0 ? "" : "muted"} data-figure="target">{target}</dd></div>
-                <div><dt>speed</dt><dd data-figure="speed">{speed}</dd></div>
+            <div class="figures" role="group" aria-label="Figures">
+                <div class="big"><span class="label">position</span><span class="figure" data-figure="position">{position}</span></div>
+                <div><span class="label">target</span><span class={`figure ${mode.value === 0 ? "" : "muted"}`} data-figure="target">{target}</span></div>
+                <div><span class="label">speed</span><span class="figure" data-figure="speed">{speed}</span></div>
                 <div class="unit">{unit}</div>
                 {drivers && (
                     <div class="meters">
-                        <span title="Load value of the driver, 0 to 7 (axis parameter 206)">load <Bar value={load.value} top={7} tone={still.value ? "load idle" : "load"} label="load" /> <b>{load}</b></span>
-                        <span title="Coil current now">{top ? `${Math.round((current.value / 255) * top)} mA` : "current"} <Bar value={current.value} top={255} tone="current" label="current" /></span>
+                        <span title="Load value of the driver, 0 to 7 (axis parameter 206)">load <Bar value={load.value} top={7} tone={still.value ? "load idle" : "load"} label="load" /> <b>{motorKnown(motor, "load") ? load : UNKNOWN}</b></span>
+                        <span title="Coil current now">{!motorKnown(motor, "current") ? UNKNOWN : top ? `${Math.round((current.value / 255) * top)} mA` : "current"} <Bar value={current.value} top={255} tone="current" label="current" /></span>
                     </div>
                 )}
                 {errors.value > 0 && (
                     <div class="errors">{ERRORS.filter((_, bit) => errors.value & (1 << bit)).join(", ")}</div>
                 )}
-            </dl>
+            </div>
             <Rail motor={motor} />
             <footer>
                 <Jog motor={motor} direction={-1} />
@@ -239,8 +287,8 @@ function Axis({ motor }: { motor: number }) {
                     onClick={() => goal !== null && send("MVP", 0, motor, goal)}>to</button>
                 <button disabled={!ready.value || goal === null} title={notReady.value || "Move by this distance from where the motor is"} aria-label={`Move motor ${motor} by`}
                     onClick={() => goal !== null && send("MVP", 1, motor, goal)}>by</button>
-                <span class="gap small" />
-                <button disabled={!ready.value} title={notReady.value || "Stop, and call this place zero"} aria-label={`Zero motor ${motor}`}
+                <span class="space" />
+                <button disabled={!ready.value} title={notReady.value || "Stop, and call this place zero"} aria-label={`=0: zero motor ${motor}`}
                     onClick={() => ask({ call: "zero", motor })}>=0</button>
                 <button class={search.value ? "active" : ""} disabled={!(search.value ? online : ready).value} aria-label={`Reference search of motor ${motor}`}
                     title={search.value ? "Abort the reference search" : notReady.value || "Start the reference search"}

@@ -26,7 +26,7 @@ export function TimeControls() {
                 title="Hold time: module and world stand still (Ctrl+F9)"
                 onClick={() => ask({ call: "set_time", paused: !timePaused.value })}>
                 <Icon name={timePaused.value ? "play" : "pause"} /></button>
-            <button class="tool text" title="Let one millisecond pass, then hold (Ctrl+F10)" aria-label="One millisecond" disabled={!online.value}
+            <button class="tool text" title="Let one millisecond pass, then hold (Ctrl+F10)" aria-label="+1 ms: one millisecond" disabled={!online.value}
                 onClick={() => ask({ call: "step_time", ms: 1 })}>+1 ms</button>
             <select aria-label="Speed of time" title="Virtual seconds to a second" value={String(asked)} disabled={!online.value}
                 onChange={(event) => speed(Number(event.currentTarget.value))}>
@@ -117,10 +117,10 @@ export function Bench() {
     return (
         <div class="bench">
             <section class="supply">
-                <button class={`wide ${powered.value ? "on" : "off"}`} aria-pressed={powered.value} aria-label="Power"
+                <button class={`wide ${powered.value ? "on" : "off"}`} aria-pressed={powered.value}
                     title={powered.value ? "Switch the supply off" : "Switch the supply on"}
                     onClick={() => set("power", 0, powered.value ? 0 : 1)}><Icon name="power" /> {powered.value ? "Power on" : "Power off"}</button>
-                <button class={`wide ${plugged.value ? "" : "off"}`} aria-pressed={!plugged.value} aria-label="Line"
+                <button class={`wide ${plugged.value ? "" : "off"}`} aria-pressed={!plugged.value}
                     title={plugged.value ? "Unplug the line between host and module" : "Plug the line in again"}
                     onClick={() => set("line", 0, plugged.value ? 0 : 1)}><Icon name="plug" /> {plugged.value ? "Line plugged" : "Line unplugged"}</button>
                 <label class="wide" title={`SHUTDOWN pin ${welcome.value.model.shutdown_pin}; parameter 80 says what it does`}>

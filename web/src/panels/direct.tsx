@@ -1,6 +1,6 @@
 // Direct mode: one command at a time, by name or number, with the telegrams as they go over the line.
 import { signal, useSignal } from "@preact/signals";
-import { ask, notify, online, tables } from "../logic/app";
+import { ask, link, notify, onServerEvent, online, tables } from "../logic/app";
 import { remembered } from "../logic/settings";
 import { currentView } from "../editor/editor";
 import type { CommandShape, Exchange, OperandShape, Parameter } from "../wire";
@@ -12,13 +12,22 @@ const chosen = remembered("direct-command", 6);
 const fields = remembered<Record<string, string>>("direct-fields", { type: "0", motor: "0", value: "0" });
 const line = remembered("direct-line", "");
 const history = remembered<string[]>("direct-history", []);
+/** A command of programs begins with its mnemonic; control functions have none. */
+const MNEMONIC = /^[A-Z]/;
 const answers = signal<{ exchange: Exchange; at: number }[]>([]);
 let counter = 0;
+/** The second reply of command 138 comes by itself: it is listed with the others. */
+onServerEvent((event) => {
+    if (event.event !== "happened" || event.kind !== "target") return;
+    const exchange: Exchange = { text: "138, second reply", sent: "", received: "", status: 100, value: 0, meaning: event.text };
+    answers.value = [...answers.value.slice(-199), { exchange, at: ++counter }];
+});
 
 async function perform(run: () => Promise<Exchange | null>): Promise<void> {
     const exchange = await run();
     if (!exchange) return;
     answers.value = [...answers.value.slice(-199), { exchange, at: ++counter }];
+    if (recording.value && exchange.status === 100 && MNEMONIC.test(exchange.text)) insertIntoEditor(exchange.text);
     if (exchange.text !== history.value[history.value.length - 1]) recall(exchange.text);
 }
 
@@ -91,6 +100,8 @@ function Form() {
             </label>
             {row.operands.map((operand) => <OperandField key={operand.field} operand={operand} row={row} />)}
             <button class="primary" type="submit" disabled={!online.value || !whole}>Execute</button>
+            <button type="button" class={recording.value ? "recording" : ""} aria-pressed={recording.value} title="Copy each executed command into the program in front"
+                onClick={() => (recording.value = !recording.value)}>{recording.value ? "Recording" : "Record"}</button>
             <p class="muted hint">{row.meaning} <span class="section">{row.section}</span></p>
         </form>
     );
@@ -128,16 +139,25 @@ export function insertIntoEditor(text: string): void {
     view.dispatch({ changes: { from: at.to, insert: `${at.length ? "\n" : ""}    ${text}` }, selection: { anchor: at.to }, scrollIntoView: true });
 }
 
+async function copyBytes({ sent, received }: Exchange): Promise<void> {
+    await navigator.clipboard.writeText(received ? `${sent}\n${received}` : sent);
+    notify("information", "The bytes are in the clipboard: request, and reply below it.");
+}
+
+/** Commands that the module has executed go into the program in front. */
+const recording = signal(false);
+
 function Answer({ exchange }: { exchange: Exchange }) {
     const good = exchange.status === 100;
     const plain = good && exchange.meaning.startsWith("success");
     return (
         <div class={`answer ${good ? "" : "bad"}`} role="listitem">
             <span class="command">{exchange.text}</span>
-            <span class="bytes"><span title="Sent">{exchange.sent}</span> <span title="Received">{exchange.received || "no answer"}</span></span>
-            <span class="value" title="Value of the answer">{exchange.status ? exchange.value : ""}</span>
+            <span class="bytes"><span title="Sent">{exchange.sent}</span> <span title="Received">{exchange.received || (exchange.sent ? "no answer" : "")}</span></span>
+            <span class="value" title="Value of the answer">{exchange.status && exchange.sent ? exchange.value : ""}</span>
             <span class="result" title={exchange.meaning}>{plain ? "100" : `${exchange.status || ""} ${exchange.meaning}`}</span>
             <span class="acts">
+                {exchange.sent && <button class="tool" title="Copy the bytes" aria-label="Copy the bytes" onClick={() => void copyBytes(exchange)}><Icon name="table" /></button>}
                 <button class="tool" title="Send again" aria-label="Send again" onClick={() => executeLine(exchange.text)}><Icon name="continue" /></button>
                 <button class="tool" title="Copy to the editor" aria-label="Copy to the editor" onClick={() => insertIntoEditor(exchange.text)}><Icon name="copy" /></button>
             </span>
@@ -145,8 +165,35 @@ function Answer({ exchange }: { exchange: Exchange }) {
     );
 }
 
+const terminal = signal<{ line: string; back: string }[]>([]);
+
+/** The ASCII interface after command 139, with its way back. */
+function Terminal() {
+    const text = useSignal("");
+    const sendLine = async (line: string) => {
+        const back = await ask({ call: "send_ascii", line });
+        if (back !== null) terminal.value = [...terminal.value.slice(-199), { line, back }];
+    };
+    return (
+        <div class="terminal" aria-label="ASCII interface" role="region">
+            <div class="row"><b>ASCII interface</b> <span class="muted">The module's letter is put before each line. While it is on, no binary command is executed.</span>
+                <button class="primary" onClick={() => sendLine("BIN")}>Back to binary (BIN)</button></div>
+            <form class="direct-line" onSubmit={(event) => {
+                event.preventDefault();
+                void sendLine(text.value);
+                text.value = "";
+            }}>
+                <span class="prompt" aria-hidden="true">\u203a</span>
+                <input aria-label="ASCII line" placeholder="GAP 1, 0" value={text.value} spellcheck={false} onInput={(event) => (text.value = event.currentTarget.value)} />
+            </form>
+            <div role="log" class="mono">{terminal.value.slice().reverse().map(({ line, back }, at) => <div key={terminal.value.length - at}><b>{line}</b> {back || "nothing came back"}</div>)}</div>
+        </div>
+    );
+}
+
 export function Direct() {
     const list = answers.value;
+    if (link.value.ascii) return <Terminal />;
     return (
         <div class="direct">
             <div class="left"><Form /><Line /></div>

@@ -93,8 +93,7 @@ function Entry({ entry, renamed, menu }: { entry: FileEntry; renamed: { value: s
                 event.preventDefault();
                 const { left, bottom } = event.currentTarget.getBoundingClientRect();
                 menu.value = { path: entry.path, x: event.clientX || left + 20, y: Math.min(event.clientY || bottom, window.innerHeight - 150) };
-            }}
-            onDblClick={() => (renamed.value = entry.path)}>
+            }}>
             <Icon name="file" size={14} /><span>{short}</span>
             {mainFile.value === entry.path && <Icon name="star" size={12} />}
             {document?.dirty.value && <i class="dot" title="Not saved" />}

@@ -1,16 +1,29 @@
 // Palette, overview of keys, notices, and what is said when the server is away.
-import { computed, useSignal } from "@preact/signals";
+import { useSignal } from "@preact/signals";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { ACTIONS, overview, perform } from "../logic/actions";
-import { ask, connection, dismiss, files, link, notices, plugged, powered, progress, time, welcome } from "../logic/app";
-import { openFile, openPage, PAGES, type PageName } from "../logic/documents";
+import { ask, connection, dismiss, files, link, notices, plugged, powered, progress, told, welcome } from "../logic/app";
+import { assembled } from "../logic/build";
+import { openFile, openPage, PAGES, target, type PageName } from "../logic/documents";
 import { question } from "../logic/confirm";
 import { palette } from "../logic/layout";
 import { score } from "../logic/text";
+import { SECTIONS, TOOLS, section, tool, type SectionName, type ToolName } from "../logic/views";
+import { exportSettings, pickSettings } from "../logic/exchange";
 import { Modal } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
 interface Row { title: string; detail: string; run: () => unknown; weight: number }
+
+/** Labels of the program in front, each with its line. */
+function labels(): Row[] {
+    const listing = assembled.value.get(target.value)?.listing;
+    if (!listing) return [];
+    return listing.symbols.filter((symbol) => symbol.kind === "label").flatMap((symbol) => {
+        const line = listing.lines[Number(symbol.value)];
+        return line?.line ? [{ title: symbol.name, detail: `label, line ${line.line}`, run: () => openFile(line.path, line.line), weight: 0 }] : [];
+    });
+}
 
 export function Palette() {
     const chosen = useSignal(0);
@@ -27,6 +40,12 @@ export function Palette() {
         ...files.value.filter((file) => !file.folder).map((file) => ({ title: file.path, detail: "file", run: () => openFile(file.path), weight: 1 })),
         ...ACTIONS.filter((row) => row.id !== "open" && (row.enabled?.() ?? true)).map((row) => ({ title: row.title, detail: row.keys?.[0] ?? row.group, run: () => perform(row.id), weight: 0 })),
         ...Object.entries(PAGES).filter(([kind]) => kind !== "guide").map(([kind, title]) => ({ title: `Open ${title}`, detail: "page", run: () => openPage(kind as PageName), weight: 0 })),
+        ...Object.entries(TOOLS).map(([id, title]) => ({ title, detail: "tool", run: () => (openPage("tools"), (tool.value = id as ToolName)), weight: 0 })),
+        ...Object.entries(SECTIONS).map(([id, title]) => ({ title: `Parameters: ${title}`, detail: "page", run: () => (openPage("parameters"), (section.value = id as SectionName)), weight: 0 })),
+        ...labels(),
+        { title: "Export settings as TMCL source", detail: "settings", run: () => exportSettings("tmcl"), weight: 0 },
+        { title: "Export settings as TOML", detail: "settings", run: () => exportSettings("toml"), weight: 0 },
+        { title: "Import settings\u2026", detail: "settings", run: pickSettings, weight: 0 },
     ];
     const found = rows.map((row) => ({ row, rank: score(row.title, wish) + row.weight })).filter(({ rank }) => rank >= 1)
         .filter(({ row }) => score(row.title, wish) > 0).sort((a, b) => b.rank - a.rank).slice(0, 14);
@@ -46,7 +65,7 @@ export function Palette() {
                     event.preventDefault();
                     event.stopPropagation();
                 }} />
-            <div role="listbox">{found.map(({ row }, n) => (
+            <div role="listbox" aria-label="Found">{found.map(({ row }, n) => (
                 <button key={row.title + row.detail} role="option" aria-selected={n === chosen.value} class={n === chosen.value ? "on" : ""}
                     onPointerMove={() => (chosen.value = n)} onClick={() => go(row)}><span>{row.title}</span><kbd>{row.detail}</kbd></button>
             ))}{!found.length && <p class="muted note">Nothing of that name.</p>}</div>
@@ -66,7 +85,7 @@ export function Overview() {
                         <div key={row.id}><dt>{row.title}</dt><dd>{row.keys!.map((keys) => <kbd key={keys}>{keys}</kbd>)}</dd></div>))}</dl></section>
                 ))}
                 <section><h3>Editor</h3><dl>
-                    {[["Complete", "Ctrl+Space"], ["Go to definition", "F12"], ["References", "Shift+F12"], ["Format", "Shift+Alt+F"], ["Rename symbol", "Shift+F6"], ["Comment lines", "Ctrl+/"], ["Delete line", "Ctrl+Y"], ["Undo", "Ctrl+Z"], ["Redo", "Ctrl+Shift+Z"], ["Next problem", "Ctrl+F8"]].map(([title, keys]) =>
+                    {[["Complete", "Ctrl+Space"], ["Go to definition", "F12"], ["References", "Shift+F12"], ["Format", "Shift+Alt+F"], ["Rename symbol", "Shift+F6"], ["Comment lines", "Ctrl+/"], ["Delete line", "Ctrl+Y"], ["Undo", "Ctrl+Z"], ["Redo", "Ctrl+Shift+Z"], ["Next problem", "Ctrl+F8"], ["Leave the editor", "Esc, then Tab"]].map(([title, keys]) =>
                         <div key={title}><dt>{title}</dt><dd><kbd>{keys}</kbd></dd></div>)}</dl></section>
                 <section><h3>Axes</h3><dl><div><dt>Jog while held</dt><dd><kbd>Space</kbd> on an arrow button</dd></div><div><dt>Take a number</dt><dd><kbd>Enter</kbd></dd></div><div><dt>Give it back</dt><dd><kbd>Esc</kbd></dd></div></dl></section>
             </div>
@@ -105,9 +124,6 @@ export function Notices() {
     );
 }
 
-/** The module has told how it is. */
-const told = computed(() => time.value.clock > 0);
-
 /** A strip across the page while something is missing. */
 export function Banner() {
     const state = connection.state.value;
@@ -115,7 +131,7 @@ export function Banner() {
         return <div class="banner bad" role="alert"><Icon name="alert" /> The IDE's server was started anew and does not know this window. Open the address that it printed; your texts are kept in this browser.</div>;
     if (state === "lost" || (state === "connecting" && welcome.value))
         return <div class="banner bad" role="alert"><Icon name="plug" /> The IDE's server does not answer. What you type is kept; the page comes back by itself.</div>;
-    if (!link.value.up) return <div class="banner bad" role="alert"><Icon name="plug" /> {link.value.text}</div>;
+    if (!link.value.up) return <div class="banner bad" role="alert"><Icon name="plug" /> <span>{link.value.text}</span> {link.value.ascii && <button onClick={() => ask({ call: "send_ascii", line: "BIN" })}>Back to binary</button>}</div>;
     if (!welcome.value?.ability.bench || !told.value) return null;
     const repair = (what: "power" | "line", title: string) => <button onClick={() => ask({ call: "set_bench", what, index: 0, value: 1 })}>{title}</button>;
     if (!powered.value) return <div class="banner" role="status"><Icon name="power" /> The module has no power. {repair("power", "Switch it on")}</div>;

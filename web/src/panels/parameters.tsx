@@ -1,17 +1,18 @@
 // All parameters of the module: seen, explained, changed, stored, exported.
 import { signal, useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
-import { ask, can, notify, online, powered, send, tables } from "../logic/app";
+import { useEffect } from "preact/hooks";
+import { ask, can, online, powered, send, tables } from "../logic/app";
 import { COORDINATE_BANK, keyOf, parameters, refresh, touched } from "../logic/parameters";
 import { remembered } from "../logic/settings";
 import type { Eeprom, Parameter, StoredValue, Watched } from "../wire";
 import { notReady, ready } from "../logic/authority";
-import { Choice, Empty, Menu, offer } from "../widgets/basics";
+import { Choice, Empty, Menu } from "../widgets/basics";
 import { NumberField, SelectField } from "../widgets/fields";
 import { Icon } from "../widgets/icons";
+import { SECTIONS, section, type SectionName } from "../logic/views";
+import { exportSettings, pickSettings } from "../logic/exchange";
 import { want } from "./program";
 
-const section = remembered<"axis" | "globals" | "variables" | "coordinates" | "eeprom">("parameter-section", "axis");
 const filter = signal("");
 const changedOnly = remembered("parameter-changed", false);
 
@@ -24,6 +25,16 @@ function found(row: Parameter): boolean {
     return words.every((word) => text.includes(word));
 }
 
+/** The registers of the motion chip and its driver chain: their defaults are the chip's affair, and the manual warns of them. */
+const LAST_CHIP_PARAMETER = 38;
+const ofChip = (row: Parameter): boolean => row.bank === 0 && row.number <= LAST_CHIP_PARAMETER;
+/** A stored value that is not the default any more. */
+const changed = (row: Parameter, value: number | null | undefined): boolean =>
+    value != null && row.access.includes("W") && row.access.includes("E") && value !== row.default;
+const GROUPS: readonly (readonly [number, string])[] = [
+    [0, "Motion chip and driver chain: wrong values damage the motor drivers (8.1)"], [64, "Stored in the EEPROM"], [128, "State"],
+];
+
 function Cell({ row, motor, value }: { row: Parameter; motor: number; value: number | null | undefined }) {
     if (value === undefined) return <td class="cell muted">…</td>;
     if (value === null) return <td class="cell muted" title="This module does not have it">–</td>;
@@ -31,7 +42,7 @@ function Cell({ row, motor, value }: { row: Parameter; motor: number; value: num
         void send(row.bank === -1 ? "SAP" : "SGP", row.number, row.bank === -1 ? motor : row.bank, next).then(refresh);
     const label = row.bank === -1 ? `${row.name} of motor ${motor}` : row.name;
     const writable = row.access.includes("W");
-    const differs = writable && row.access.includes("E") && value !== row.default;
+    const differs = changed(row, value);
     const glow = touched.value.has(keyOf(row.bank, row.number, row.bank === -1 ? motor : 0));
     return (
         <td class={`cell ${differs ? "differs" : ""} ${glow ? "touched" : ""}`} title={differs ? `Default ${row.default}` : undefined}>
@@ -46,7 +57,7 @@ function Cell({ row, motor, value }: { row: Parameter; motor: number; value: num
 function Range({ row }: { row: Parameter }) {
     const text = row.low === -(2 ** 31) ? "±2³¹" : row.low === -(2 ** 23) ? "±2²³" : row.high === 2 ** 23 - 1 ? "0…2²³" : `${row.low}…${row.high}`.replace("-", "\u2212");
     return (
-        <td class="range">{row.access.includes("W") ? <><b>{text}</b> <span title="Default">({row.default})</span></> : "read only"}
+        <td class="range">{row.access.includes("W") ? <><b>{text}</b> {ofChip(row) ? null : <span title="Default">({row.default})</span>}</> : "read only"}
             {row.unit && <div>{row.unit}</div>}</td>
     );
 }
@@ -81,7 +92,7 @@ function KeepRow({ row }: { row: Parameter }) {
 function AxisTable() {
     want("axis");
     const rows = tables.value.axis.filter((row) => found(row)
-        && (!changedOnly.value || (row.access.includes("W") && [0, 1, 2].some((motor) => axisValue(row, motor) != null && axisValue(row, motor) !== row.default))));
+        && (!changedOnly.value || [0, 1, 2].some((motor) => changed(row, axisValue(row, motor)))));
     return (
         <table class="parameters three">
             <thead><tr><th>no.</th><th>parameter</th>{[0, 1, 2].map((motor) => <th key={motor} class={`motor motor${motor}`}>motor {motor}</th>)}<th>range (default)</th><th /></tr></thead>
@@ -100,14 +111,20 @@ function AxisTable() {
 function GlobalTable() {
     want("globals");
     const rows = tables.value.globals.filter((row) => row.bank === 0 && found(row)
-        && (!changedOnly.value || (row.access.includes("W") && globalValue(row) != null && globalValue(row) !== row.default)));
+        && (!changedOnly.value || changed(row, globalValue(row))));
     return (
         <table class="parameters">
             <thead><tr><th>no.</th><th>parameter</th><th>value</th><th>range (default)</th></tr></thead>
-            <tbody>{rows.map((row) => (
-                <tr key={row.number}><td class="no">{row.number}</td><What row={row} /><Cell row={row} motor={0} value={globalValue(row)} />
-                    <Range row={row} /></tr>
-            ))}</tbody>
+            {GROUPS.map(([first, title], at) => {
+                const members = rows.filter((row) => row.number >= first && row.number < (GROUPS[at + 1]?.[0] ?? Infinity));
+                return members.length > 0 && (
+                    <tbody key={title}><tr class="group"><th colSpan={4} scope="rowgroup" class={first === 0 ? "warn" : ""}>{title}</th></tr>
+                        {members.map((row) => (
+                            <tr key={row.number}><td class="no">{row.number}</td><What row={row} /><Cell row={row} motor={0} value={globalValue(row)} />
+                                <Range row={row} /></tr>
+                        ))}</tbody>
+                );
+            })}
         </table>
     );
 }
@@ -185,29 +202,14 @@ function EepromView() {
     );
 }
 
-async function exportSettings(format: "tmcl" | "toml"): Promise<void> {
-    const text = await ask({ call: "export_settings", format });
-    if (text !== null) offer(format === "tmcl" ? "settings.tmc" : "settings.toml", text);
-}
-
-async function importSettings(file: File): Promise<void> {
-    const exchanges = await ask({ call: "import_settings", text: await file.text() });
-    if (!exchanges) return;
-    const bad = exchanges.filter((exchange) => exchange.status !== 100);
-    if (bad.length) notify("warning", `${bad.length} of ${exchanges.length} settings were refused: ${bad[0]!.text}, ${bad[0]!.meaning}.`);
-    else notify("information", `${exchanges.length} settings taken over. They last until power-off unless stored.`);
-    await refresh();
-}
-
 export function Parameters() {
-    const chooser = useRef<HTMLInputElement>(null);
     const views = { axis: AxisTable, globals: GlobalTable, variables: Variables, coordinates: Coordinates, eeprom: EepromView };
     const View = views[section.value];
     return (
         <div class="page parameters-page">
             <div class="bar">
                 <Choice label="Parameters" value={section.value} onChange={(value) => (section.value = value)}
-                    options={[["axis", "Axis"], ["globals", "Global"], ["variables", "User variables"], ["coordinates", "Coordinates"], ["eeprom", "EEPROM"]] as const} />
+                    options={Object.entries(SECTIONS) as [SectionName, string][]} />
                 {(section.value === "axis" || section.value === "globals") && (<>
                     <label class="search"><Icon name="search" /><input placeholder="number, name or meaning" aria-label="Search parameters" value={filter.value} onInput={(event) => (filter.value = event.currentTarget.value)} /></label>
                     <label class="check"><input type="checkbox" checked={changedOnly.value} onChange={(event) => (changedOnly.value = event.currentTarget.checked)} /> changed only</label>
@@ -217,14 +219,9 @@ export function Parameters() {
                 {section.value === "axis" && <button onClick={() => keep("restore", allStored())} disabled={!online.value} title="Bring back all axis parameters as they are stored (RSAP)"><Icon name="undo" /> Restore all</button>}
                 <button onClick={() => exportSettings("tmcl")} disabled={!online.value} title="All settings as TMCL source">Export .tmc</button>
                 <button onClick={() => exportSettings("toml")} disabled={!online.value} title="All settings as TOML">Export .toml</button>
-                <button onClick={() => chooser.current!.click()} disabled={!online.value}>Import…</button>
-                <input ref={chooser} type="file" hidden accept=".tmc,.toml" aria-label="Settings file" onChange={(event) => {
-                    const file = event.currentTarget.files?.[0];
-                    event.currentTarget.value = "";
-                    if (file) void importSettings(file);
-                }} />
+                <button onClick={pickSettings} disabled={!online.value}>Import…</button>
             </div>
-            <div class={`scroll ${powered.value ? "" : "dimmed"}`}><View /></div>
+            <div class={`scroll ${powered.value ? "" : "dimmed"}`} tabIndex={0} aria-label="Values"><View /></div>
         </div>
     );
 }

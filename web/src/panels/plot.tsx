@@ -1,48 +1,18 @@
-// Curves over virtual time: pause, zoom, cursors, marks; export as CSV, PNG and VCD.
+// Curves over the module's time in lanes by unit: pause, zoom, cursors, trigger, marks; export as CSV, PNG and VCD.
 import { useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
-import {
-    COUNTER_COLUMN, MOTOR_CURVES, OUTPUT_COLUMN, WATCH_COLUMN, WATCH_SLOTS, columnOf,
-    frameListeners, samples, setWatches, tables, watches, welcome,
-} from "../logic/app";
+import { COUNTER_COLUMN, OUTPUT_COLUMN, WATCH_SLOTS, frameListeners, samples, setWatches, tables, watches, welcome } from "../logic/app";
 import { shownTheme } from "../logic/actions";
-import { remembered } from "../logic/settings";
 import { toCsv, toVcd, type Curve } from "../logic/export";
+import { laneRange, zoomed as zoomedRange, type Lane } from "../logic/lanes";
 import { grouped } from "../logic/units";
-import type { Parameter, Watched } from "../wire";
+import type { Parameter } from "../wire";
 import { Choice, Empty, Menu, offer } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
-
-const KINDS = [
-    { curve: "position", title: "position", scale: "position" },
-    { curve: "target", title: "target", scale: "position" },
-    { curve: "speed", title: "speed", scale: "speed" },
-    { curve: "target_speed", title: "target speed", scale: "speed" },
-    { curve: "load", title: "load", scale: "load" },
-    { curve: "current", title: "current", scale: "current" },
-    { curve: "encoder", title: "encoder", scale: "position" },
-    { curve: "acceleration", title: "acceleration", scale: "acceleration" },
-] as const;
-/** Curves with a button of their own. */
-const FIRST: ReadonlySet<string> = new Set(["position", "target", "speed", "load"]);
-const OF_DRIVERS: ReadonlySet<string> = new Set(["load", "current"]);
-/** Without drivers of its own a module measures neither load nor current. */
-const offered = () => KINDS.filter(({ curve }) => welcome.value?.model.max_current_ma || !OF_DRIVERS.has(curve));
-const SPANS = [[2, "2 s"], [10, "10 s"], [60, "1 min"], [600, "10 min"]] as const;
-
-const shownKinds = remembered<string[]>("curves", ["position", "target", "speed"]);
-const shownMotors = remembered<number[]>("curve-motors", [0, 1, 2]);
-const span = remembered<number>("span", 10);
-const frozen = remembered<boolean>("frozen", false);
-
-const css = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-
-export function watchTitle({ bank, number, motor }: Watched): string {
-    const row = (bank === -1 ? tables.value.axis : tables.value.globals)
-        .find((item) => item.number === number && (bank === -1 || item.bank === bank));
-    return `${row?.name ?? number}${bank === -1 ? ` ${motor}` : ""}`;
-}
+import { FIRST, SPANS, css, dataBetween, frozen, offered, shownCurves, shownKinds, shownMotors, span, watchTitle, type ShownCurve } from "./plot/curves";
+import { GUTTER, drawing } from "./plot/drawing";
+import { TriggerMenu, fired } from "./plot/trigger";
 
 interface Reading {
     time: number;
@@ -51,95 +21,14 @@ interface Reading {
     right: boolean;
 }
 
-interface ShownCurve extends Curve {
-    scale: string;
-    colour: string;
-    dash?: number[];
-    width: number;
-}
-
-function shownCurves(): ShownCurve[] {
-    const list: ShownCurve[] = [];
-    offered().forEach(({ curve, title, scale }) => {
-        if (!shownKinds.value.includes(curve)) return;
-        for (const motor of shownMotors.value)
-            list.push({
-                title: `${title} ${motor}`, column: columnOf(motor, MOTOR_CURVES.indexOf(curve)), scale, colour: css(`--motor${motor}`),
-                dash: curve.startsWith("target") ? [4, 4] : scale === "position" ? undefined : [1, 0],
-                width: scale === "position" ? 1.8 : 1.1,
-            });
-    });
-    watches.value.forEach((watch, at) => {
-        list.push({
-            title: watchTitle(watch), column: WATCH_COLUMN + at, scale: `watch${at}`,
-            colour: css(`--watch${at % 4}`), width: 1.4,
-        });
-    });
-    return list;
-}
-
-/** Draws what the axes mean, the marks of program events, and the pinned cursor over the curves. */
-function marksPlugin(captions: readonly string[], pinned: () => number | null): uPlot.Plugin {
-    // Asked for once: a computed style costs more than all the drawing.
-    const [plain, pinColour, ...motorColours] = ["--muted", "--accent", "--motor0", "--motor1", "--motor2"].map(css);
-    return {
-        hooks: {
-            draw: (plot) => {
-                const { ctx, bbox } = plot;
-                const { min, max } = plot.scales.x!;
-                if (min == null || max == null) return;
-                ctx.save();
-                ctx.font = `${10 * devicePixelRatio}px system-ui`;
-                ctx.fillStyle = plain!;
-                captions.forEach((caption, n) => {
-                    ctx.textAlign = n ? "left" : "right";
-                    ctx.fillText(caption, n ? bbox.left + bbox.width + 4 * devicePixelRatio : bbox.left - 4 * devicePixelRatio, bbox.top - 6 * devicePixelRatio);
-                });
-                ctx.textAlign = "left";
-                const pin = pinned();
-                if (pin !== null && pin >= min && pin <= max) {
-                    ctx.strokeStyle = pinColour!;
-                    ctx.beginPath();
-                    ctx.moveTo(plot.valToPos(pin, "x", true), bbox.top);
-                    ctx.lineTo(plot.valToPos(pin, "x", true), bbox.top + bbox.height);
-                    ctx.stroke();
-                }
-                let free = -Infinity;
-                for (const mark of samples.marks) {
-                    if (mark.time < min || mark.time > max) continue;
-                    const x = plot.valToPos(mark.time, "x", true);
-                    ctx.strokeStyle = ctx.fillStyle = motorColours[mark.motor] ?? plain!;
-                    ctx.globalAlpha = 0.55;
-                    ctx.beginPath();
-                    ctx.moveTo(x, bbox.top);
-                    ctx.lineTo(x, bbox.top + bbox.height);
-                    ctx.stroke();
-                    if (x < free) continue;
-                    ctx.globalAlpha = 0.9;
-                    ctx.fillText(mark.text, x + 4, bbox.top + 11 * devicePixelRatio);
-                    free = x + ctx.measureText(mark.text).width + 10;
-                }
-                ctx.restore();
-            },
-        },
-    };
-}
-
-const MAX_POINTS = 1500;
-
-function view(curves: ShownCurve[], from: number, to: number): uPlot.AlignedData {
-    const first = Math.max(0, samples.find(from) - 1);
-    const last = Math.min(samples.length, samples.find(to) + 1);
-    const stride = Math.max(1, Math.floor((last - first) / MAX_POINTS));
-    return [0, ...curves.map((curve) => curve.column)].map((column) => samples.slice(column, first, last, stride)) as unknown as uPlot.AlignedData;
-}
-
 export function Plot() {
     const host = useRef<HTMLDivElement>(null);
     const readout = useSignal<Reading | null>(null);
     /** What the cursor read where it was pinned; the readout shows the difference. */
     const pin = useSignal<Reading | null>(null);
     const zoom = useRef<{ min: number; max: number } | null>(null);
+    /** Ranges of lanes that a person has chosen. */
+    const laneZoom = useRef(new Map<string, [number, number]>());
     const chart = useRef<uPlot | null>(null);
     const curves = useSignal<ShownCurve[]>([]);
     const zoomed = useSignal(false);
@@ -156,24 +45,28 @@ export function Plot() {
         if (!element || !curves.value.length) return;
         const list = curves.value;
         const grid = { stroke: css("--grid"), width: 1 };
-        const axis = (scale: string, side: 1 | 3): uPlot.Axis => ({
-            scale, side, stroke: css("--muted"), grid: side === 3 ? grid : { show: false }, ticks: { show: false },
-            font: "11px system-ui", size: 58, gap: 4, values: (_, ticks) => ticks.map(grouped),
-        });
         const scales: uPlot.Scales = { x: { time: false } };
-        for (const { scale } of list) scales[scale] = { auto: true, range: (_, low, high) => pad(scale, low, high) };
         const used = [...new Set(list.map(({ scale }) => scale))];
+        const lanes = new Map<string, Lane>();
+        used.forEach((scale, at) => {
+            scales[scale] = { auto: true, range: (_, least, most) => {
+                const [low, high] = laneZoom.current.get(scale) ?? pad(scale, least, most);
+                lanes.set(scale, { scale, low, high });
+                return laneRange(low, high, at, used.length);
+            } };
+        });
+        const laneAt = (y: number, full: number) => used[Math.max(0, Math.min(used.length - 1, Math.floor((y / full) * used.length)))]!;
         const plot = new uPlot({
             width: element.clientWidth, height: Math.max(60, element.clientHeight), legend: { show: false },
-            padding: [18, used.length > 1 ? 0 : 12, 0, 0], scales, plugins: [marksPlugin(used.slice(0, 2).map(captionOf), () => pin.peek()?.time ?? null)],
+            padding: [4, 8, 0, GUTTER], scales,
+            plugins: [drawing(list, () => used.flatMap((scale) => lanes.get(scale) ?? []), () => pin.peek()?.time ?? null)],
             cursor: {
-                drag: { x: true, y: false, setScale: false }, points: { size: 5 },
+                drag: { x: true, y: true, uni: 24, setScale: false }, points: { size: 5 },
                 bind: { dblclick: (self) => (() => (unzoom(), self.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false), null)) as never },
             },
             axes: [
                 { stroke: css("--muted"), grid, ticks: { show: false }, font: "11px system-ui", size: 24, gap: 4,
                     values: (_, ticks) => ticks.map((tick) => `${+tick.toFixed(3)} s`) },
-                ...used.slice(0, 2).map((scale, n) => axis(scale, n ? 1 : 3)),
             ],
             series: [{}, ...list.map(({ title, scale, colour, dash, width }): uPlot.Series => ({
                 label: title, scale, stroke: colour, width, dash, points: { show: false }, spanGaps: false,
@@ -187,18 +80,28 @@ export function Plot() {
                     };
                 }],
                 setSelect: [(self) => {
-                    if (self.select.width < 4) return;
-                    zoom.current = {
-                        min: self.posToVal(self.select.left, "x"),
-                        max: self.posToVal(self.select.left + self.select.width, "x"),
-                    };
+                    const { left, top, width, height } = self.select;
+                    if (width < 4 && height < 4) return;
+                    const full = self.bbox.height / devicePixelRatio;
+                    if (width >= 4 && width < self.bbox.width / devicePixelRatio - 1) zoom.current = { min: self.posToVal(left, "x"), max: self.posToVal(left + width, "x") };
+                    const lane = laneAt(top + height / 2, full);
+                    if (height >= 4 && height < full - 1) laneZoom.current.set(lane, [self.posToVal(top + height, lane), self.posToVal(top, lane)]);
                     zoomed.value = true;
                     self.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
                     drawn = -1;
                 }],
             },
-        }, view(list, 0, 0), element);
+        }, dataBetween(list, 0, 0), element);
         const over = plot.over;
+        over.addEventListener("wheel", (event) => {
+            event.preventDefault();
+            const name = laneAt(event.offsetY, over.clientHeight);
+            const lane = lanes.get(name);
+            if (!lane) return;
+            laneZoom.current.set(name, zoomedRange([lane.low, lane.high], plot.posToVal(event.offsetY, name), 1.2 ** Math.sign(event.deltaY)));
+            zoomed.value = true;
+            redraw.current();
+        }, { passive: false });
         let pressed = 0;
         over.addEventListener("pointerdown", (event) => (pressed = event.clientX));
         over.addEventListener("click", (event) => {
@@ -226,7 +129,7 @@ export function Plot() {
             const start = samples.length ? Math.max(samples.time(0), end - span.peek()) : 0;
             const range = zoom.current ?? { min: start, max: Math.max(end, start + span.peek()) };
             plot.batch(() => {
-                plot.setData(view(list, range.min, range.max), true);
+                plot.setData(dataBetween(list, range.min, range.max), true);
                 plot.setScale("x", range);
             });
         };
@@ -253,14 +156,22 @@ export function Plot() {
         void span.value;
         redraw.current();
     });
+    useSignalEffect(() => {
+        const at = fired.value;
+        if (at === null) return;
+        zoom.current = { min: at - span.peek() / 2, max: at + span.peek() / 2 };
+        zoomed.value = true;
+        redraw.current();
+    });
 
     const unzoom = () => {
         zoom.current = null;
+        laneZoom.current.clear();
         zoomed.value = false;
         redraw.current();
     };
     const all = (): Curve[] => [
-        ...curves.value, { title: "program counter", column: COUNTER_COLUMN }, { title: "outputs", column: OUTPUT_COLUMN },
+        ...curves.value.filter(({ column }) => column >= 0), { title: "program counter", column: COUNTER_COLUMN }, { title: "outputs", column: OUTPUT_COLUMN },
     ];
     const savePng = () => {
         const canvas = host.current?.querySelector("canvas");
@@ -292,6 +203,7 @@ export function Plot() {
                 </div>
                 <span class="gap" />
                 <Choice label="Span" value={span.value} options={SPANS} onChange={(value) => (span.value = value)} />
+                <TriggerMenu curves={curves.value} />
                 <button class={`tool ${frozen.value ? "on" : ""}`} title="Hold the picture" aria-label="Hold the plot"
                     aria-pressed={frozen.value} onClick={() => (frozen.value = !frozen.value)}><Icon name="pause" /></button>
                 {zoomed.value && <button class="tool on" title="Show the newest again (double click)" aria-label="Show the newest" onClick={unzoom}><Icon name="expand" /></button>}
@@ -331,9 +243,6 @@ function pad(scale: string, low: number | null, high: number | null): [number, n
 }
 
 const figure = (value: number | null | undefined): string => (value == null || Number.isNaN(value) ? "" : grouped(value));
-
-/** What an axis of the plot means. */
-const captionOf = (scale: string): string => (scale.startsWith("watch") ? watchTitle(watches.peek()[Number(scale.slice(5))]!) : scale);
 
 /** The plot on the page's ground, with a legend above it. */
 function picture(plot: HTMLCanvasElement, curves: readonly ShownCurve[]): HTMLCanvasElement {

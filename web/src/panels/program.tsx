@@ -2,7 +2,7 @@
 import { signal, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { PROGRAM_FLAGS } from "../wire";
-import { can, halted, held, loaded, online, program, send, shownProgram, tables } from "../logic/app";
+import { can, halted, held, loaded, online, program, programKnown, send, shownProgram, stale, tables } from "../logic/app";
 import {
     assign, breakpoints, evaluate, holdOnErrors, placeOf, readStack, setBreakpoints, setHoldOnErrors, stopReason,
     type Frame,
@@ -19,7 +19,7 @@ const FLAG_NAMES: Record<string, string> = { zero: "ZE", equal: "EQ", lower: "LT
 const STATES = ["stopped", "running", "stepping", "reset"];
 const FIRST_VARIABLES = 16;
 
-export const programText = (): string => (held.value ? "held" : (STATES[shownProgram.value.state] ?? "?"));
+export const programText = (): string => (stale.value || !programKnown("state") ? "unknown" : held.value ? "held" : (STATES[shownProgram.value.state] ?? "?"));
 
 export function want(section: "axis" | "globals" | "variables" | "coordinates"): void {
     useEffect(() => {

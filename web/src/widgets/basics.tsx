@@ -19,8 +19,8 @@ export function ActionButton({ id, label = false, tone = "" }: { id: string; lab
     );
 }
 
-export function Lamp({ on, label, tone = "" }: { on: boolean; label: string; tone?: string }) {
-    return <span class={`lamp ${on ? "on" : ""} ${tone}`} role="img" aria-label={`${label} ${on ? "on" : "off"}`} />;
+export function Lamp({ on, label, tone = "", unknown = false }: { on: boolean; label: string; tone?: string; unknown?: boolean }) {
+    return <span class={`lamp ${unknown ? "unknown" : on ? "on" : ""} ${tone}`} role="img" aria-label={`${label} ${unknown ? "unknown" : on ? "on" : "off"}`} />;
 }
 
 export function Switch(props: { on: boolean; onChange: (on: boolean) => void; label: string; disabled?: boolean }) {
@@ -31,10 +31,10 @@ export function Switch(props: { on: boolean; onChange: (on: boolean) => void; la
 }
 
 /** A handle that changes a size while it is dragged. */
-export function Splitter(props: { vertical: boolean; onDrag: (delta: number) => void; label: string }) {
+export function Splitter(props: { vertical: boolean; onDrag: (delta: number) => void; label: string; size: number }) {
     return (
         <div class={`splitter ${props.vertical ? "vertical" : "horizontal"}`} role="separator" tabIndex={0}
-            aria-label={props.label} aria-orientation={props.vertical ? "vertical" : "horizontal"}
+            aria-label={props.label} aria-orientation={props.vertical ? "vertical" : "horizontal"} aria-valuenow={props.size} aria-valuemin={0} aria-valuemax={2000}
             onKeyDown={(event) => {
                 const step = { ArrowLeft: -16, ArrowUp: -16, ArrowRight: 16, ArrowDown: 16 }[event.key];
                 if (!step) return;

@@ -1,7 +1,7 @@
 // What the module says of itself, and its factory settings.
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { execute, notify, online, welcome } from "../../logic/app";
+import { execute, link, notify, online, welcome } from "../../logic/app";
 import { refresh } from "../../logic/parameters";
 
 export function Firmware() {
@@ -22,10 +22,10 @@ export function Firmware() {
     return (
         <div class="tool-body columns">
             <section class="card"><h3>Firmware</h3>
-                <dl><div><dt>module</dt><dd>{model.name}</dd></div><div><dt>version</dt><dd>{model.version}</dd></div>
+                <dl><div><dt>module</dt><dd>{model.known ? model.name : "unknown"}</dd></div><div><dt>version</dt><dd>{model.known ? model.version : "unknown"}</dd></div>
                     <div><dt>as the module tells it</dt><dd>{value === null ? "no answer" : `${value >> 16} V${(value >> 8) & 255}.${value & 255}`}</dd></div>
-                    <div><dt>where</dt><dd>{welcome.value!.source}: {welcome.value!.module}</dd></div>
-                    <div><dt>largest current</dt><dd>{model.max_current_ma ? `${model.max_current_ma} mA` : "set at the driver"}</dd></div>
+                    <div><dt>where</dt><dd>{welcome.value!.source}: {link.value.place}</dd></div>
+                    <div><dt>largest current</dt><dd>{!model.known ? "unknown" : model.max_current_ma ? `${model.max_current_ma} mA` : "set at the driver"}</dd></div>
                     <div><dt>IDE</dt><dd>{welcome.value!.product}</dd></div></dl></section>
             <section class="card danger"><h3>Factory settings</h3>
                 <p>All stored axis and global parameters go back to their defaults, addresses and baud rate too. The module restarts; the program in it stays.</p>

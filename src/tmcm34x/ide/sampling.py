@@ -1,0 +1,124 @@
+"""Samples for plots, taken where the module is and stamped with its time; nothing is invented between them.
+
+A row has a time and, of each column, one of three things: a value, that it is unknown, or that it was not looked at.
+Of a virtual module all columns are read every `PERIOD` clocks of virtual time, whatever the pace; of a real one
+each reading is a row of its own, at the time when its reply came.
+
+Binary messages to pages begin with a 0 byte; then for each row: time [clocks] as a double, the columns that
+were looked at and those of them that are known as two 64-bit masks, and a signed 32-bit value for each column that was
+looked at, lowest first; all little-endian.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from tmcm34x import clock
+from tmcm34x.ide import wire
+from tmcm34x.tmcl.commands import MOTORS
+
+if TYPE_CHECKING:
+    from tmcm34x.bench import Rig
+
+PERIOD: Final = clock.HZ // 50
+"""Between two rows of a virtual module [clocks]."""
+MOST: Final = 500
+"""Rows that one leap of virtual time may make; a longer one makes rows farther apart."""
+KEPT: Final = 4096
+"""Rows that wait for pages."""
+CURVES: Final = wire.CURVES
+BASE: Final = MOTORS * len(CURVES) + 2
+"""Columns before the watched parameters: the motors' curves, the program counter, the outputs."""
+COUNTER: Final = BASE - 2
+OUTPUTS: Final = BASE - 1
+_HEAD: Final = struct.Struct("<dQQ")
+
+Value = int | None
+"""None is unknown."""
+
+
+class Row(NamedTuple):
+    """One sample; a column that is missing in `values` was not looked at."""
+
+    number: int
+    when: float
+    values: Mapping[int, Value]
+    watched: Mapping[wire.Watched, Value]
+
+
+class Samples:
+    """The newest rows, numbered from 1."""
+
+    def __init__(self) -> None:
+        self._rows: deque[Row] = deque(maxlen=KEPT)
+        self.last = 0
+
+    def add(
+        self, when: float, values: Mapping[int, Value], watched: Mapping[wire.Watched, Value] | None = None
+    ) -> None:
+        """Have a row."""
+        self.last += 1
+        self._rows.append(Row(self.last, when, values, watched or {}))
+
+    def gap(self, when: float, watches: Sequence[wire.Watched]) -> None:
+        """From now on nothing is known."""
+        self.add(when, dict.fromkeys(range(BASE)), dict.fromkeys(watches))
+
+    def since(self, number: int, watches: Sequence[wire.Watched]) -> bytes:
+        """The message with all rows after `number`, for a page that watches these parameters; empty for none."""
+        rows = [row for row in self._rows if row.number > number] if number < self.last else []
+        packed = b"".join(_pack(row, watches) for row in rows)
+        return b"\0" + packed if packed else b""
+
+
+def _pack(row: Row, watches: Sequence[wire.Watched]) -> bytes:
+    values = dict(row.values)
+    values |= {BASE + at: row.watched[item] for at, item in enumerate(watches) if item in row.watched}
+    columns = sorted(values)
+    if not columns:
+        return b""
+    looked = sum(1 << at for at in columns)
+    known = sum(1 << at for at in columns if values[at] is not None)
+    numbers = struct.pack(f"<{len(columns)}i", *(values[at] or 0 for at in columns))
+    return _HEAD.pack(row.when, looked, known) + numbers
+
+
+class Sampled:
+    """`rig` as a part, with `take` called every `PERIOD` while time passes and `wanted` says so.
+
+    It makes no event of its own: time does not pass because somebody looks.
+    """
+
+    def __init__(self, rig: Rig, take: Callable[[], None], wanted: Callable[[], bool]) -> None:
+        self._rig = rig
+        self._take = take
+        self._wanted = wanted
+        self._due = 0
+
+    @property
+    def now(self) -> int:
+        """The rig's clock."""
+        return self._rig.now
+
+    def next_event(self) -> int:
+        """The rig's."""
+        return self._rig.next_event()
+
+    def advance(self, now: int) -> None:
+        """Bring the rig to `now`, at most to its next event, and take the samples on the way."""
+        if not self._wanted():
+            self._due = now - now % PERIOD
+        elif now >= self._due:
+            self._sample(now)
+        self._rig.advance(now)
+
+    def _sample(self, now: int) -> None:
+        period = PERIOD * max(1, -(-(now - self._due) // (MOST * PERIOD)))
+        self._due = max(self._due, self._rig.now)
+        while self._due <= now:
+            self._rig.advance(self._due)
+            self._take()
+            self._due += period - self._due % period

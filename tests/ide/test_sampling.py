@@ -1,0 +1,69 @@
+"""Samples for plots: in the module's time, whatever the pace; nothing invented."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+
+import pytest
+
+from ide.ide_driver import running, virtual
+from tmcm34x.ide import wire
+from tmcm34x.ide.sampling import PERIOD
+
+POSITION, SPEED = 0, 2
+
+
+def _go(folder, scenario, **options):
+    async def run():
+        async with running(folder, virtual(**options)) as ide, ide.page() as page:
+            await scenario(ide, page)
+
+    asyncio.run(run())
+
+
+@pytest.mark.parametrize("speed", [1.0, 50.0])
+def test_a_trapezoid_is_sampled_at_one_rate_at_any_pace(tmp_path, speed):
+    async def scenario(ide, page):
+        await page.call(wire.SetTime(speed=speed))
+        await page.execute("SAP 5, 0, 100")
+        await page.execute("MVP ABS, 0, 20000")
+        await page.until(lambda: page.rows and page.rows[-1][1][POSITION] == 20000)
+        times = [when for when, _ in page.rows]
+        assert {later - sooner for sooner, later in itertools.pairwise(times[1:])} == {PERIOD}
+        speeds = [values[SPEED] for _, values in page.rows]
+        top = speeds.index(max(speeds))
+        assert sorted(speeds[: top + 1]) == speeds[: top + 1]
+        assert len({value for value in speeds if value}) > 10
+
+    _go(tmp_path, scenario)
+
+
+def test_held_time_makes_no_samples_and_a_step_of_time_does(tmp_path):
+    async def scenario(ide, page):
+        await page.call(wire.SetTime(paused=True))
+        await page.until(lambda: int(page.state["time"]["flags"]) & 1)
+        await page.call(wire.Ping())
+        before = len(page.rows)
+        await page.call(wire.StepTime(100))
+        await page.until(lambda: len(page.rows) == before + 5)
+
+    _go(tmp_path, scenario)
+
+
+def test_without_power_all_is_unknown_and_not_zero(tmp_path):
+    async def scenario(ide, page):
+        await page.until(lambda: page.rows and page.rows[-1][1][POSITION] == 0)
+        await page.call(wire.SetBench("power", 0, 0))
+        await page.until(lambda: page.rows[-1][1][POSITION] is None)
+
+    _go(tmp_path, scenario)
+
+
+def test_watched_parameters_are_sampled_too(tmp_path):
+    async def scenario(ide, page):
+        await page.execute("SGP 7, 2, 4711")
+        await page.call(wire.Watch([wire.Watched(2, 7, 0), wire.Watched(-1, 250, 0)]))
+        await page.until(lambda: page.rows and list(page.rows[-1][1].values())[-2:] == [4711, None])
+
+    _go(tmp_path, scenario)

@@ -1,0 +1,106 @@
+// Which curves a plot shows, and their values.
+import type uPlot from "uplot";
+import { MOTOR_CURVES, WATCH_COLUMN, columnOf, samples, tables, watches, welcome } from "../../logic/app";
+import { difference, slope } from "../../logic/lanes";
+import { remembered } from "../../logic/settings";
+import type { Curve } from "../../logic/export";
+import type { Watched } from "../../wire";
+
+const KINDS = [
+    { curve: "position", title: "position", scale: "position" },
+    { curve: "target", title: "target", scale: "position" },
+    { curve: "speed", title: "speed", scale: "speed" },
+    { curve: "target_speed", title: "target speed", scale: "speed" },
+    { curve: "load", title: "load", scale: "load" },
+    { curve: "current", title: "current", scale: "current" },
+    { curve: "encoder", title: "encoder", scale: "position" },
+    { curve: "acceleration", title: "acceleration", scale: "acceleration" },
+    { curve: "following_error", title: "following error", scale: "following error" },
+    { curve: "measured_acceleration", title: "measured acceleration", scale: "speed change" },
+] as const;
+/** Curves with a button of their own. */
+export const FIRST: ReadonlySet<string> = new Set(["position", "target", "speed", "load"]);
+const OF_DRIVERS: ReadonlySet<string> = new Set(["load", "current"]);
+/** Without drivers of its own a module measures neither load nor current. */
+export const offered = () => KINDS.filter(({ curve }) => welcome.value?.model.max_current_ma || !OF_DRIVERS.has(curve));
+export const SPANS = [[2, "2 s"], [10, "10 s"], [60, "1 min"], [600, "10 min"]] as const;
+
+export const shownKinds = remembered<string[]>("curves", ["position", "target", "speed"]);
+export const shownMotors = remembered<number[]>("curve-motors", [0, 1, 2]);
+export const span = remembered<number>("span", 10);
+export const frozen = remembered<boolean>("frozen", false);
+
+export const css = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+export function watchTitle({ bank, number, motor }: Watched): string {
+    const row = (bank === -1 ? tables.value.axis : tables.value.globals)
+        .find((item) => item.number === number && (bank === -1 || item.bank === bank));
+    return `${row?.name ?? number}${bank === -1 ? ` ${motor}` : ""}`;
+}
+
+/** What is computed of a motor's columns. */
+type Derived = "following_error" | "measured_acceleration";
+export interface ShownCurve extends Curve {
+    scale: string;
+    colour: string;
+    dash?: number[];
+    width: number;
+    derived?: Derived;
+    motor?: number;
+}
+
+/** Lines by kind, so that curves of one motor differ in one lane too. */
+const DASHES: Record<string, number[]> = { target: [5, 4], target_speed: [5, 4], encoder: [2, 3] };
+/** Lanes of parameters by their unit; what they mean is written in the lane. */
+const LANES: Record<string, string> = { microsteps: "position", "velocity units": "speed", "acceleration units": "acceleration" };
+export const UNITS: Record<string, string> = {
+    position: "microsteps", speed: "velocity units", acceleration: "acceleration units", "following error": "microsteps", "speed change": "velocity units/s",
+};
+
+/** The lane of a parameter: that of its unit. */
+function laneOf({ bank, number }: Watched): string {
+    const row = (bank === -1 ? tables.value.axis : tables.value.globals).find((item) => item.number === number && (bank === -1 || item.bank === bank));
+    return LANES[row?.unit ?? ""] ?? (row?.unit || "value");
+}
+
+export function shownCurves(): ShownCurve[] {
+    const list: ShownCurve[] = [];
+    offered().forEach(({ curve, title, scale }) => {
+        if (!shownKinds.value.includes(curve)) return;
+        const derived = curve === "following_error" || curve === "measured_acceleration" ? curve : undefined;
+        for (const motor of shownMotors.value)
+            list.push({
+                title: `${title} ${motor}`, column: derived ? -1 : columnOf(motor, MOTOR_CURVES.indexOf(curve as "position")), scale, motor, derived,
+                colour: css(`--motor${motor}`), dash: DASHES[curve], width: DASHES[curve] ? 1.2 : 1.8,
+            });
+    });
+    watches.value.forEach((watch, at) => {
+        list.push({
+            title: watchTitle(watch), column: WATCH_COLUMN + at, scale: laneOf(watch), colour: css(`--watch${at % 4}`),
+            width: 1.4, dash: at >= 4 ? [6, 2, 1, 2] : undefined,
+        });
+    });
+    return list;
+}
+
+/** The values of a curve from one sample to another. */
+function valuesOf(curve: ShownCurve, first: number, last: number, stride: number) {
+    const slice = (column: number) => samples.slice(column, first, last, stride);
+    const of = (name: "position" | "encoder" | "speed") => slice(columnOf(curve.motor!, MOTOR_CURVES.indexOf(name)));
+    if (curve.derived === "following_error") return difference(of("position"), of("encoder"));
+    if (curve.derived === "measured_acceleration") return slope(slice(0), of("speed"));
+    return slice(curve.column);
+}
+
+const MAX_POINTS = 1200;
+
+/** What uPlot draws between two times; null is a gap. */
+export function dataBetween(curves: readonly ShownCurve[], from: number, to: number): uPlot.AlignedData {
+    const first = Math.max(0, samples.find(from) - 1);
+    const last = Math.min(samples.length, samples.find(to) + 1);
+    const stride = Math.max(1, Math.floor((last - first) / MAX_POINTS));
+    return [samples.slice(0, first, last, stride), ...curves.map((curve) => valuesOf(curve, first, last, stride))] as uPlot.AlignedData;
+}
+
+/** The newest value of a curve that is a column. */
+export const newest = (curve: ShownCurve): number => (curve.column < 0 ? NaN : samples.lastValue(curve.column, samples.length - 1));
