@@ -72,7 +72,7 @@ def test_an_unknown_sub_command_is_one_line():
     ids=" ".join,
 )
 def test_numbers_that_are_none_are_refused(arguments):
-    with pytest.raises(click.BadParameter, match="is not a number"):
+    with pytest.raises(click.BadParameter, match="must be a finite number"):
         group.main(arguments, standalone_mode=False)
 
 

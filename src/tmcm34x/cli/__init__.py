@@ -32,6 +32,7 @@ class SubCommand(NamedTuple):
 SUB_COMMANDS: Final = (
     SubCommand("ide", "tmcm34x.cli.ide", "Open the TMCL-IDE in the browser."),
     SubCommand("serve", "tmcm34x.cli.serve", "Serve a virtual module on serial ports and sockets."),
+    SubCommand("bench", "tmcm34x.cli.bench", "Control the bench of a running `serve --control`."),
     SubCommand("run", "tmcm34x.cli.run", "Run a TMCL program in virtual time."),
     SubCommand("play", "tmcm34x.cli.play", "Play sessions against a virtual or a real module."),
     SubCommand("record", "tmcm34x.cli.record", "Record the telegrams between a host and a module."),
@@ -83,10 +84,9 @@ class FiniteRange(click.FloatRange):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """The number, or a usage error."""
-        number = super().convert(value, param, ctx)
-        if not math.isfinite(number):
-            self.fail(f"{value} is not a number to reckon with.", param, ctx)
-        return number
+        if not math.isfinite(click.FLOAT.convert(value, param, ctx)):
+            self.fail(f"{value} must be a finite number.", param, ctx)
+        return super().convert(value, param, ctx)
 
 
 class _Group(click.Group):

@@ -22,8 +22,10 @@ from tmcm34x.cli import CliError, FiniteRange, link_options, parameter_options, 
 from tmcm34x.cli.memory import keep, open_eeprom
 from tmcm34x.cli.signals import stop_on_signals
 from tmcm34x.firmware.storage import Eeprom, EepromError
-from tmcm34x.links import CanLink, Link, Moving, Reporting
+from tmcm34x.links import CanLink, Link, LinkError, Moving, Reporting
 from tmcm34x.server import Server, Store, TelegramLog
+from tmcm34x.server.control import Control
+from tmcm34x.server.counters import Counters
 from tmcm34x.server.output import Output
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import BAUD_RATES
@@ -118,6 +120,25 @@ Examples:
 @parameter_options.option
 @user_functions.option
 @click.option(
+    "--control",
+    metavar="ADDRESS",
+    help="Socket through which `tmcm34x bench` and other programs control the bench: [HOST:]PORT or a path "
+    "(docs/control.md).",
+)
+@click.option("--counters", is_flag=True, help="At the end, print what was refused, worn and lost.")
+@click.option(
+    "--ready-file",
+    type=_PATH,
+    metavar="FILE",
+    help="Write the `ready` lines to FILE when all links are open; it is removed at the end.",
+)
+@click.option(
+    "--exit-after",
+    type=FiniteRange(0, 1e9, min_open=True),
+    metavar="SECONDS",
+    help="End by itself after this time.",
+)
+@click.option(
     "--log-telegrams",
     metavar="FILE",
     help="Write down every telegram with its time and meaning; - is the terminal.",
@@ -151,7 +172,14 @@ def command(context: click.Context, **options: Any) -> int:
             paced=options["pace"],
             faults=_arm(options),
         )
-        status = asyncio.run(_serve(server, _make_links(options), link_options.make_can_links(options, rig)))
+        counters = Counters(rig) if options["control"] or options["counters"] else None
+        if options["control"]:
+            server.control = Control(server, options["control"], counters or Counters(rig))
+        links, can_links = _make_links(options), link_options.make_can_links(options, rig)
+        status = asyncio.run(_serve(server, links, can_links, options))
+        if counters is not None and options["counters"]:
+            for line in counters.lines():
+                click.echo(line)
         if lost := [store.error for store in stores if store.error]:
             raise CliError(f"the last memory was not saved: {lost[0]}")
         return status
@@ -159,7 +187,7 @@ def command(context: click.Context, **options: Any) -> int:
 
 def _arm(options: dict[str, Any]) -> Faults | None:
     """The faults that were asked for."""
-    if not options["faults"]:
+    if not options["faults"] and not options["control"]:
         return None
     from tmcm34x.links.faulty import Faults
 
@@ -301,7 +329,7 @@ def _watch(log: object, loop: asyncio.AbstractEventLoop, stop: Callable[[Excepti
             log.stream.lost = partial(loop.call_soon_threadsafe, stop)
 
 
-async def _serve(server: Server, links: list[Link], can_links: list[CanLink]) -> int:
+async def _serve(server: Server, links: list[Link], can_links: list[CanLink], options: dict[str, Any]) -> int:
     loop = asyncio.get_running_loop()
     stopped: asyncio.Future[None] = loop.create_future()
 
@@ -331,7 +359,14 @@ async def _serve(server: Server, links: list[Link], can_links: list[CanLink]) ->
             link.moved = partial(_announce, link.kind)
     stop_on_signals(loop, stop)
     try:
-        await link_options.open_links(server, links, can_links)
+        ready = await link_options.open_links(server, links, can_links)
+        if server.control is not None:
+            ready.append(f"control {await _open_control(server.control)}")
+            click.echo(f"ready {ready[-1]}")
+        if options["ready_file"] is not None:
+            _write_ready(options["ready_file"], ready)
+        if options["exit_after"] is not None:
+            loop.call_later(options["exit_after"], stop)
         gc.freeze()  # all of it lives as long as the process: no need to look for garbage in it
         await stopped
     except BrokenPipeError:
@@ -341,5 +376,24 @@ async def _serve(server: Server, links: list[Link], can_links: list[CanLink]) ->
     except OSError as error:
         raise CliError(f"telegram log: {error.strerror}") from error
     finally:
+        if options["ready_file"] is not None:
+            options["ready_file"].unlink(missing_ok=True)
         await server.close()
     return 0
+
+
+async def _open_control(control: Control) -> str:
+    try:
+        return await control.open()
+    except LinkError as error:
+        raise CliError(str(error)) from error
+
+
+def _write_ready(path: Path, ready: list[str]) -> None:
+    """Write the file in one step: whoever sees it sees all of it."""
+    new = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        new.write_text("".join(f"{line}\n" for line in ready), encoding="utf-8")
+        new.replace(path)
+    except OSError as error:
+        raise CliError(f"{path}: {error.strerror}") from error

@@ -28,6 +28,7 @@ from tmcm34x.tmcl.global_parameters import BAUD_RATES
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.links.faulty import Faults
+    from tmcm34x.server.control import Control
     from tmcm34x.server.store import Store
 
 SLICE_S: Final = 0.0002
@@ -97,6 +98,8 @@ class Server:
         self._paced = paced
         self._latency_ms = pacing.LATENCY_MS if paced else 0
         self.faults = faults
+        self.control: Control | None = None
+        """The socket through which the bench is controlled; closed with the links."""
         self._links: list[Link | CanLink] = []
         self._bus: _Bus | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -157,6 +160,8 @@ class Server:
 
     async def close(self) -> None:
         """Hang up everywhere and save what is not saved yet."""
+        if self.control is not None:
+            await self.control.close()
         for link in self._links:
             link.close()
         self._links.clear()
@@ -198,6 +203,32 @@ class Server:
             self._timer.cancel()
             self._timer = None
         self.settle()
+
+    async def run_until(self, until: int) -> None:
+        """Bring virtual time to clock `until` as fast as possible; links are served between slices of work."""
+        rig = self.rig
+        while rig.now < until:
+            self._next = _UNKNOWN
+            end_s = self.pace.monotonic() + SLICE_S
+            while (when := rig.next_event()) <= until and self.pace.monotonic() < end_s:
+                rig.advance(when)
+            if when > until:
+                rig.advance(until)
+            self.pace.draw(rig.now)
+            self.settle()
+            await asyncio.sleep(0)
+
+    def restore(self, snapshot: bytes) -> None:
+        """Go back to a snapshot of the bench; raises `bench.snapshot.SnapshotError` and changes nothing then."""
+        self.catch_up()
+        try:
+            self.rig.restore(snapshot)
+            for store in self._stores:
+                store.renew_soon()
+        finally:
+            self._next = _UNKNOWN
+            self.pace.draw(self.rig.now)
+            self.settle()
 
     def _work(self, target: int) -> bool:
         """Run the events up to `target`, for one slice at most; says whether all are done."""

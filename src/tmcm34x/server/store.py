@@ -47,6 +47,8 @@ class Store:
         self._tail: list[Change] | None = None
         """Changes since the image was made that is just being written."""
         self._error = ""
+        self._failed = False
+        self._replacements = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._task: asyncio.Task[None] | None = None
@@ -73,6 +75,13 @@ class Store:
         self._loop = asyncio.get_running_loop()
         if self._entries or self._error:
             self._rest_later(self._loop, REST_S)
+
+    def renew_soon(self) -> None:
+        """The memory has become another one without a change: have a new image made, and a journal only then."""
+        self._error = self._error or "the memory was replaced a moment ago"
+        self._replacements += 1
+        if self._loop is not None and self._timer is None:
+            self._rest_later(self._loop, 0.0)
 
     async def close(self) -> None:
         """Make a last image and give the file free."""
@@ -106,8 +115,9 @@ class Store:
                 self._rest_later(self._loop, RETRY_S if self._error else REST_S)
 
     def _fail(self, error: EepromFileError) -> None:
-        if not self._error:
+        if not self._failed:
             self._report(f"memory not saved: {error}; trying again every second")
+        self._failed = True
         self._error = str(error)
 
     def _rest_later(self, loop: asyncio.AbstractEventLoop, delay_s: float) -> None:
@@ -131,6 +141,7 @@ class Store:
 
     async def _renew(self) -> None:
         """Replace the file by one with the present image, beside the event loop: disks are slow."""
+        replacements = self._replacements
         image, self._tail = self._eeprom.to_bytes(), []
         try:
             new = await asyncio.to_thread(self._file.prepare, image)
@@ -143,8 +154,10 @@ class Store:
             if self._tail is None or self._error:
                 self._fail(error)
         else:
-            if self._error:
-                self._error = ""
+            if self._failed:
+                self._failed = False
                 self._report("memory saved")
+            if replacements == self._replacements:
+                self._error = ""
         finally:
             self._tail = None

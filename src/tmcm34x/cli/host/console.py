@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import sys
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
@@ -222,11 +223,11 @@ def _lines(prompt: str = PROMPT) -> Iterator[str]:
 @contextlib.contextmanager
 def _line_editing() -> Generator[None]:
     """History and completion where Python has `readline`; Windows edits lines by itself."""
-    try:
-        import readline
-    except ImportError:
+    if sys.platform == "win32" or importlib.util.find_spec("readline") is None:
         yield
         return
+    import readline
+
     path = Path.home() / HISTORY
     with contextlib.suppress(OSError):
         readline.read_history_file(path)
