@@ -1,6 +1,6 @@
 """Virtual time: an integer count of chip clocks, the loop that moves it, and the state of what lives in it.
 
-All of the product below `server` tells the time in clocks of the board's 16 MHz oscillator, counted
+All of the product below `server` counts time in clocks of the board's 16 MHz oscillator, counted
 from power-on.  Nothing waits: a part says when something could next be noticed (`next_event`), and
 the loop that runs it brings it there (`advance`).  The result does not depend on how time is sliced.
 
@@ -39,7 +39,7 @@ class Timed(Protocol):
     """Something that lives in virtual time."""
 
     def next_event(self) -> int:
-        """The next clock at which somebody else could notice a change, or `NEVER`.
+        """The next clock at which another part could notice a change, or `NEVER`.
 
         Later than the clock last given to `advance`; asking twice gives the same answer.
         """

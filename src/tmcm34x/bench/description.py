@@ -152,7 +152,7 @@ class Axis(Struct, frozen=True):
 
 
 class Constant(Struct, frozen=True, tag_field="kind", tag="constant"):
-    """A potentiometer nobody turns, or a steady digital line."""
+    """A potentiometer at rest, or a steady digital line."""
 
     value: Annotated[Level, _text("level, 0..1023")]
 
@@ -292,7 +292,7 @@ class Event(Struct, frozen=True):
         Literal["fault", "power", "unplug", "switch", "push", "move", "level", "expect"],
         _text(
             "fault: put `fault` on a driver or end it; power: switch the supply; unplug: break the cable of a switch "
-            "line (`side`); switch: hold a line (`side`) at a level; push: a hand's torque (`value`, Nm at the motor) "
+            "line (`side`); switch: hold a line (`side`) at a level; push: an outer torque (`value`, Nm at the motor) "
             "on the shaft; move: take the load to a position (`value`) by force; level: hold input `input` at `value`; "
             "expect: from here on, "
             "`expect` must come true (docs/sessions.md), which `run --bench` checks"

@@ -99,7 +99,7 @@ class World:
     def _shaft(mount: Mount, disc: Disc) -> Encoder:
         return Encoder(mount.rotor, mount.axis.motor, disc.lines, slip=disc.slip, null_level=disc.null_level)
 
-    # Told by the board
+    # Listeners of the board
 
     def _plan_changed(self, chip: int, smda: int) -> None:
         mount = self._by_wiring.get((chip, smda))
@@ -232,7 +232,7 @@ class World:
         self._touch(motor)
 
     def push(self, motor: int, torque_nm: float) -> None:
-        """Load the shaft by hand; a positive torque pushes toward lower positions."""
+        """Put a torque on the shaft; a positive one pushes toward lower positions."""
         self.mounts[motor].axis.push_nm = torque_nm
         self._touch(motor)
 

@@ -65,11 +65,11 @@ class Board:
         self.enabled = [True, True, True]
         """Whether each motor's driver is switched on; off means freewheeling."""
         self.on_output: list[Callable[[int], None]] = []
-        """Told the outputs whenever one changes."""
+        """Called with the outputs whenever one changes."""
         self.on_current: list[Callable[[int, int, bool], None]] = []
-        """Told motor, current 0..255 and whether the driver is on, whenever one of them changes."""
+        """Called with motor, current 0..255 and whether the driver is on, whenever one of them changes."""
         self.on_pins: list[Callable[[], None]] = []
-        """Told whenever the world changed a switch, an input or SHUTDOWN."""
+        """Called whenever the world changed a switch, an input or SHUTDOWN."""
         self._analog = [0] * INPUTS
         self._sources: list[Callable[[], int] | None] = [None] * INPUTS
         self._next_edges: list[Callable[[], int] | None] = [None] * INPUTS
@@ -115,7 +115,7 @@ class Board:
         )
 
     def load(self, value: Any) -> None:
-        """Become a board that was saved; the world is not told."""
+        """Become a board that was saved; no listener is called."""
         chips, (self.outputs, currents, enabled), (analog, self._switches, self._shutdown) = value
         for chip, saved in zip(self.chips, chips, strict=True):
             chip.load(saved)
@@ -225,12 +225,12 @@ class Board:
     def wire_analog(
         self, n: int, source: Callable[[], int] | None, next_edge: Callable[[], int] | None = None
     ) -> None:
-        """The same without a word to the firmware, as a state is loaded that knows of it."""
+        """The same without a call of `on_pins`: for loading a state, which includes what the call would do."""
         self._sources[n] = source
         self._next_edges[n] = next_edge
 
     def steady(self, n: int) -> bool:
-        """Whether IN_n keeps its level until the world tells of a change."""
+        """Whether IN_n keeps its level until `on_pins` is called."""
         return self._sources[n] is None
 
     def next_edge(self, n: int) -> int:

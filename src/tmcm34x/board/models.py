@@ -67,7 +67,7 @@ class Model(NamedTuple):
 
     @property
     def binary_version(self) -> int:
-        """The version as command 136 type 1 tells it: type number, major and minor version."""
+        """The version as command 136 type 1 answers it: type number, major and minor version."""
         return self.number << 16 | FIRMWARE_MAJOR << 8 | FIRMWARE_MINOR
 
 

@@ -141,7 +141,7 @@ def _at_rest() -> Condition:
 class Tmc246:
     """One driver chip.
 
-    `condition` tells how the motor runs; a bench sets it.  `enabled` is the ENN pin, true for outputs on.
+    `condition` returns how the motor runs; a bench sets it.  `enabled` is the ENN pin, true for outputs on.
     """
 
     def __init__(self, part: str = "TMC246") -> None:

@@ -72,7 +72,7 @@ class LoadAxis:
         self.field = Field()
         self.grip = Grip.FREE
         self.push_nm = 0.0
-        """Torque of somebody's hand on the shaft; positive pushes toward lower positions."""
+        """Outer torque put on the shaft from outside; positive pushes toward lower positions."""
         self._phase = self.rotor % CYCLE
         self._slip = 0
         self._origin = self.rotor
@@ -262,7 +262,7 @@ class LoadAxis:
         return (slip - self._origin) / FINENESS
 
     def push_to(self, position: float) -> None:
-        """Move the load by hand; a motor under current only yields by whole electrical cycles."""
+        """Move the load by force; a motor under current only yields by whole electrical cycles."""
         place = max(self.low, min(self.high, round(position * self.units)))
         if self.grip is Grip.FOLLOWING:
             self._slip += (place - self.rotor + CYCLE // 2) // CYCLE * CYCLE

@@ -14,7 +14,7 @@ class Encoder:
     lines: of the disc; four quadrature edges each
     slip: fraction of the rotor's way that the disc does not make, 0 for a rigid coupling
     null_level: level of the null channel at its mark, or None without one
-    rotor: tells the rotor position
+    rotor: returns the rotor position
     """
 
     def __init__(

@@ -32,7 +32,7 @@ class Source(Protocol):
 
 
 class Constant(NamedTuple):
-    """A steady level: a potentiometer nobody turns, or a digital line."""
+    """A steady level: a potentiometer at rest, or a digital line."""
 
     value: int
 
@@ -158,7 +158,7 @@ class Wire(NamedTuple):
         return self.read()
 
     def next_edge(self, now: int) -> int:
-        """Not known beforehand; whoever drives the wire tells."""
+        """Not known beforehand: what drives the wire announces its changes."""
         del now
         return NEVER
 
