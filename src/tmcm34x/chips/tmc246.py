@@ -54,7 +54,7 @@ class Flag(IntFlag):
     """Overtemperature, 155 degrees Celsius."""
 
 
-class Part(NamedTuple):
+class DriverType(NamedTuple):
     """One row of `PARTS`."""
 
     name: str
@@ -66,10 +66,10 @@ PARTS: Final = MappingProxyType(
     {
         row.name: row
         for row in (
-            Part("TMC236", False, "integrated bridges"),
-            Part("TMC239", False, "external transistors"),
-            Part("TMC246", True, "integrated bridges, load measurement"),
-            Part("TMC249", True, "external transistors, load measurement"),
+            DriverType("TMC236", False, "integrated bridges"),
+            DriverType("TMC239", False, "external transistors"),
+            DriverType("TMC246", True, "integrated bridges, load measurement"),
+            DriverType("TMC249", True, "external transistors, load measurement"),
         )
     }
 )

@@ -16,8 +16,8 @@ from tmcm34x.chips.tmc429.core import (
     INDEX,
     INTERRUPTS,
     MOTORS,
+    ChipName,
     Core,
-    Part,
 )
 from tmcm34x.clock import HZ, NEVER, digest
 
@@ -48,7 +48,7 @@ class Tmc429(Core):
     something waits for; while it is asked `driver_datagram` is the one just sent.
     """
 
-    def __init__(self, part: Part = "TMC429", *, seed: int = 0) -> None:
+    def __init__(self, part: ChipName = "TMC429", *, seed: int = 0) -> None:
         super().__init__(part, seed)
 
     def reset(self) -> None:

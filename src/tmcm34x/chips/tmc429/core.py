@@ -35,7 +35,7 @@ DRIVER_CHAIN: Final = bytes((0x11, 5, 4, 3, 2, 6, 0x11, 13, 12, 11, 10, 14 | CHA
 QUARTER_SINE: Final = bytes(min(63, floor(0.5 + 64 * sin(pi / 2 * i / 64))) for i in range(64))
 """The wave table of a TMC429 after power-on (fidelity CHIP-14)."""
 
-Part = Literal["TMC428", "TMC429"]
+ChipName = Literal["TMC428", "TMC429"]
 
 
 class Core:
@@ -55,7 +55,7 @@ class Core:
     duration, scaled, marks, due, equal, holds: derived, see `derive`
     """
 
-    def __init__(self, part: Part, seed: int) -> None:
+    def __init__(self, part: ChipName, seed: int) -> None:
         self.part: Final = part
         self.seed: Final = seed
         self.driver_status: Callable[[], int] | None = None
