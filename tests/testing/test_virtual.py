@@ -195,6 +195,31 @@ def test_what_a_bench_cannot_do_is_an_error(module):
         module.act("shake")
 
 
+def test_a_snapshot_brings_a_state_back(module):
+    module.command("MVP ABS, 0, 20000")
+    module.run(0.3)
+    snapshot, position = module.snapshot(), module.motor(0).position
+    module.run(1)
+    assert module.motor(0).position > position
+    module.restore(snapshot)
+    assert (module.motor(0).position, module.now) == (position, 0.3)
+    module.until("motor 0 at 20000")
+    with VirtualModule(343) as other:
+        other.restore(snapshot)
+        assert other.motor(0).position == position
+    with VirtualModule(341) as other, pytest.raises(ValueError, match="of another bench"):
+        other.restore(snapshot)
+
+
+def test_a_module_on_usb_takes_any_address():
+    with (
+        VirtualModule(343, any_address=True) as module,
+        serial.serial_for_url(module.serial_url, timeout=1) as port,
+    ):
+        port.write(pack_request(77, Instruction(6, 4)))
+        assert unpack_reply(port.read(9)).value == 1000
+
+
 # Lines
 
 

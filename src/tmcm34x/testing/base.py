@@ -179,3 +179,11 @@ class ModuleUnderTest(ABC):
     @abstractmethod
     def clear_faults(self) -> None:
         """End all faults of the line."""
+
+    @abstractmethod
+    def snapshot(self) -> bytes:
+        """The whole state of the bench."""
+
+    @abstractmethod
+    def restore(self, snapshot: bytes) -> None:
+        """Go back to a state of this bench, or of another one made in the same way; lines stay open."""

@@ -125,6 +125,14 @@ class RealModule(ModuleUnderTest):
     def clear_faults(self) -> None:
         """There are none."""
 
+    def snapshot(self) -> bytes:
+        """Not available."""
+        self._refuse("a snapshot")
+
+    def restore(self, snapshot: bytes) -> None:
+        """Not available."""
+        self._refuse("a snapshot")
+
 
 def reach(port: str, baud: int, address: int) -> RealModule | str:
     """The module at a port, or why there is none."""

@@ -67,6 +67,7 @@ class VirtualModule(ModuleUnderTest):
         time: 1 is real time, 10 ten times real time
     seed: of everything random
     eeprom: its memory, a new one unless given
+    any_address: whether serial lines take telegrams for any address, as a module does on USB
     Raises `BenchError`.
     """
 
@@ -80,7 +81,9 @@ class VirtualModule(ModuleUnderTest):
         pace: Pace = "virtual",
         seed: int = 0,
         eeprom: Eeprom | None = None,
+        any_address: bool = False,
     ) -> None:
+        self._any_address = any_address
         self.rig = make_rig(model, bench, seed, eeprom)
         self.model = self.rig.modules[0].board.model.number
         self.name = f"module-{next(_NUMBERS)}"
@@ -102,8 +105,16 @@ class VirtualModule(ModuleUnderTest):
 
     def _make_server(self) -> Server:
         if self._speed:
-            return Server(self.rig, speed=self._speed, log=self, faults=self._faults)
-        server = Server(self.rig, monotonic=self._virtual_s, log=self, faults=self._faults)
+            return Server(
+                self.rig, speed=self._speed, log=self, faults=self._faults, any_address=self._any_address
+            )
+        server = Server(
+            self.rig,
+            monotonic=self._virtual_s,
+            log=self,
+            faults=self._faults,
+            any_address=self._any_address,
+        )
         server.pace.draw(self.rig.now, paused=True)
         return server
 
@@ -313,6 +324,19 @@ class VirtualModule(ModuleUnderTest):
     def clear_faults(self) -> None:
         """End all faults of the line."""
         self.do(self._faults.clear)
+
+    def snapshot(self) -> bytes:
+        """The whole state of the bench."""
+        return self.do(self.rig.snapshot)
+
+    def restore(self, snapshot: bytes) -> None:
+        """Go back to a state.  Raises `SnapshotError` for one of another bench."""
+        self.do(lambda: self._restore(snapshot))
+
+    def _restore(self, snapshot: bytes) -> None:
+        self.rig.restore(snapshot)
+        self._timing.now = self.rig.now
+        self._server.pace.draw(self.rig.now)
 
 
 def _check_pace(pace: Pace) -> float:
