@@ -28,7 +28,7 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.clock import Value
-    from tmcm34x.firmware.state import Answer, Core, Handler, Port, Result
+    from tmcm34x.firmware.state import Answer, Handler, ModuleState, Port, Result
     from tmcm34x.tmcl.datagram import Instruction
 
 PAGE: Final = 0x400
@@ -76,7 +76,7 @@ class BootLoader:
 
     __slots__ = ("active", "buffer", "length", "memory", "model", "version", "whole")
 
-    def __init__(self, core: Core) -> None:
+    def __init__(self, core: ModuleState) -> None:
         self.model = core.board.model.number
         self.version = f"{self.model}B1.00"
         self.active = False
@@ -87,7 +87,7 @@ class BootLoader:
         self.whole = True
         core.boot = self
 
-    def take_over(self, core: Core) -> None:
+    def take_over(self, core: ModuleState) -> None:
         """Power-on: to the firmware, if there is a whole one."""
         if not self.whole:
             self.enter(core)
@@ -95,7 +95,7 @@ class BootLoader:
             core.entries, core.answers = core.firmware
             self.active = False
 
-    def enter(self, core: Core) -> None:
+    def enter(self, core: ModuleState) -> None:
         """Leave the firmware."""
         power.stop_firmware(core)
         for port in core.ports:
@@ -113,18 +113,18 @@ class BootLoader:
         """The flash and what was received of it."""
         return self.active, bytes(self.memory), bytes(self.buffer), self.length, self.whole
 
-    def load(self, core: Core, value: Any) -> None:
+    def load(self, core: ModuleState, value: Any) -> None:
         """Go back to what `save` gave."""
         self.active, memory, buffer, self.length, self.whole = value
         self.memory, self.buffer = bytearray(memory), bytearray(buffer)
         core.entries, core.answers = (ENTRIES, ANSWERS) if self.active else core.firmware
 
 
-def _of(core: Core) -> BootLoader:
+def _of(core: ModuleState) -> BootLoader:
     return cast(BootLoader, core.boot)
 
 
-def _erase(core: Core, _type: int, _motor: int, value: int) -> Result:
+def _erase(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     boot = _of(core)
     boot.memory = bytearray((ERASED,)) * SIZE
     boot.length = 0
@@ -132,7 +132,7 @@ def _erase(core: Core, _type: int, _motor: int, value: int) -> Result:
     return Status.OK, value
 
 
-def _write_buffer(core: Core, type_: int, motor: int, value: int) -> Result:
+def _write_buffer(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     offset = 4 * (type_ + 256 * motor)
     if offset >= PAGE:
         return Status.INVALID_VALUE, value
@@ -140,7 +140,7 @@ def _write_buffer(core: Core, type_: int, motor: int, value: int) -> Result:
     return Status.OK, value
 
 
-def _write_page(core: Core, _type: int, _motor: int, value: int) -> Result:
+def _write_page(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     boot = _of(core)
     offset = value - START
     if value % PAGE or not 0 <= offset < SIZE:
@@ -153,13 +153,13 @@ def _write_page(core: Core, _type: int, _motor: int, value: int) -> Result:
     return Status.OK, value
 
 
-def _get_checksum(core: Core, _type: int, _motor: int, value: int) -> Result:
+def _get_checksum(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     if not START <= value < START + SIZE:
         return Status.INVALID_VALUE, value
     return Status.OK, signed32(sum(_of(core).memory[: value - START + 1]))
 
 
-def _read_memory(core: Core, _type: int, _motor: int, value: int) -> Result:
+def _read_memory(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     offset = value - START
     if not 0 <= offset <= SIZE - 4:
         return Status.INVALID_VALUE, value
@@ -167,12 +167,12 @@ def _read_memory(core: Core, _type: int, _motor: int, value: int) -> Result:
     return Status.OK, int.from_bytes(word, "little", signed=True)
 
 
-def _get_information(_core: Core, type_: int, _motor: int, value: int) -> Result:
+def _get_information(_core: ModuleState, type_: int, _motor: int, value: int) -> Result:
     answers = (PAGE, START, SIZE)
     return (Status.OK, answers[type_]) if type_ < len(answers) else (Status.WRONG_TYPE, value)
 
 
-def _write_length(core: Core, type_: int, _motor: int, value: int) -> Result:
+def _write_length(core: ModuleState, type_: int, _motor: int, value: int) -> Result:
     boot = _of(core)
     if type_ == 0:
         boot.length = value
@@ -205,7 +205,7 @@ ENTRIES: Final = _entries()
 """What each command number 0..255 does while the boot loader is in charge."""
 
 
-def _answer_version(core: Core, port: Port, instruction: Instruction, size: int) -> None:
+def _answer_version(core: ModuleState, port: Port, instruction: Instruction, size: int) -> None:
     """136: the version, as text or as a number with version 1.00."""
     if instruction.type == 0:
         port.answer_text(_of(core).version.encode("ascii"), size)
@@ -214,14 +214,14 @@ def _answer_version(core: Core, port: Port, instruction: Instruction, size: int)
         port.answer(Status.OK, instruction.number, version, size)
 
 
-def _start(core: Core, port: Port, instruction: Instruction, size: int) -> None:
+def _start(core: ModuleState, port: Port, instruction: Instruction, size: int) -> None:
     """205 is never answered."""
     del port, instruction, size
     if _of(core).whole:
         power.cycle(core)
 
 
-def _enter_again(_core: Core, port: Port, instruction: Instruction, size: int) -> None:
+def _enter_again(_core: ModuleState, port: Port, instruction: Instruction, size: int) -> None:
     """242 with its key is never answered."""
     if instruction[1:] != BOOT_KEY:
         port.answer(Status.INVALID_COMMAND, instruction.number, instruction.value, size)

@@ -18,7 +18,7 @@ from tmcm34x.tmcl.numbers import CONTROL
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.state import Answer, Core, Entry, Handler, Port, Result
+    from tmcm34x.firmware.state import Answer, Entry, Handler, ModuleState, Port, Result
 
 IN_DOWNLOAD: Final = frozenset({CONTROL.QUIT_DOWNLOAD, CONTROL.GET_FIRMWARE_VERSION})
 """Control functions that are executed in download mode too (fidelity PROG-15)."""
@@ -26,53 +26,53 @@ VERSION_STRING: Final = 0
 """Type of 136 that is answered with eight characters."""
 
 
-def stop_application(core: Core, _type: int, _motor: int, value: int) -> Result:
+def stop_application(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """128: stop the program.  Source: manual 6.7.36."""
     return core.program.stop(), value
 
 
-def run_application(core: Core, type_: int, _motor: int, value: int) -> Result:
+def run_application(core: ModuleState, type_: int, _motor: int, value: int) -> Result:
     """129: run the program from where it stands (0) or from an address (1).  Source: manual 6.7.36."""
     return core.program.run(value if type_ else None), value
 
 
-def step_application(core: Core, _type: int, _motor: int, value: int) -> Result:
+def step_application(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """130: execute one command of the program.  Source: manual 6.7.36; fidelity PROG-19."""
     return core.program.step(), value
 
 
-def reset_application(core: Core, _type: int, _motor: int, value: int) -> Result:
+def reset_application(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """131: stop the program and go back to its start.  Source: manual 6.7.36."""
     return core.program.reset(), value
 
 
-def start_download(core: Core, _type: int, _motor: int, value: int) -> Result:
+def start_download(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """132: store the commands to come.  Source: manual 6.7.36."""
     return core.program.start_download(value), value
 
 
-def quit_download(core: Core, _type: int, _motor: int, value: int) -> Result:
+def quit_download(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """133: execute commands again.  Source: manual 6.7.36."""
     return core.program.quit_download(), value
 
 
-def read_program_memory(core: Core, _type: int, _motor: int, value: int) -> Result:
+def read_program_memory(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """134: the value field of the stored command; ports answer with all of it (fidelity FW-82)."""
     stored = core.program.memory.read(value)
     return (Status.OK, stored.value) if isinstance(stored, Instruction) else (stored, value)
 
 
-def get_application_status(core: Core, _type: int, _motor: int, _value: int) -> Result:
+def get_application_status(core: ModuleState, _type: int, _motor: int, _value: int) -> Result:
     """135: what the program is doing.  Source: manual 6.7.36; fidelity PROG-20."""
     return Status.OK, core.program.state
 
 
-def get_firmware_version(core: Core, _type: int, _motor: int, _value: int) -> Result:
+def get_firmware_version(core: ModuleState, _type: int, _motor: int, _value: int) -> Result:
     """136: the binary version; ports answer type 0 with the string.  Source: manual 6.7.36; fidelity FW-81."""
     return Status.OK, core.board.model.binary_version
 
 
-def restore_factory_settings(core: Core, _type: int, _motor: int, value: int) -> Result:
+def restore_factory_settings(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """137: restore the factory settings and reset the module.  Source: manual 6.7.36; fidelity FW-11."""
     if core.eeprom.locked:
         return Status.EEPROM_LOCKED, value
@@ -81,12 +81,12 @@ def restore_factory_settings(core: Core, _type: int, _motor: int, value: int) ->
     return Status.OK, value
 
 
-def request_target_reached(_core: Core, _type: int, _motor: int, value: int) -> Result:
+def request_target_reached(_core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """138: the first reply of the position reached event; ports send the second.  Source: manual 6.7.34."""
     return Status.OK, value
 
 
-def enter_ascii_mode(_core: Core, _type: int, _motor: int, value: int) -> Result:
+def enter_ascii_mode(_core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """139: ASCII mode is a port's; there is none here."""
     return Status.NOT_AVAILABLE, value
 
@@ -115,13 +115,13 @@ ALL_ENTRIES: Final = _all_entries()
 # Control functions that a port answers in a form of their own.
 
 
-def _answer_plainly(core: Core, port: Port, instruction: Instruction, size: int) -> Result:
+def _answer_plainly(core: ModuleState, port: Port, instruction: Instruction, size: int) -> Result:
     status, value = execute(core, *instruction)
     port.answer(status, instruction.number, value, size)
     return status, value
 
 
-def _answer_record(core: Core, port: Port, instruction: Instruction, size: int) -> None:
+def _answer_record(core: ModuleState, port: Port, instruction: Instruction, size: int) -> None:
     """134: the whole stored command (fidelity FW-82)."""
     stored = core.program.memory.read(instruction.value)
     if isinstance(stored, Instruction):
@@ -130,7 +130,7 @@ def _answer_record(core: Core, port: Port, instruction: Instruction, size: int) 
         port.answer(stored, instruction.number, instruction.value, size)
 
 
-def _answer_version(core: Core, port: Port, instruction: Instruction, size: int) -> None:
+def _answer_version(core: ModuleState, port: Port, instruction: Instruction, size: int) -> None:
     """136: type 0 is answered with eight characters and no checksum (manual 6.7.36)."""
     if instruction.type == VERSION_STRING:
         port.answer_text(core.board.model.version.encode("ascii"), size)
@@ -138,21 +138,21 @@ def _answer_version(core: Core, port: Port, instruction: Instruction, size: int)
         _answer_plainly(core, port, instruction, size)
 
 
-def _answer_factory_settings(core: Core, port: Port, instruction: Instruction, size: int) -> None:
+def _answer_factory_settings(core: ModuleState, port: Port, instruction: Instruction, size: int) -> None:
     """137: no reply when it is done."""
     status, value = execute(core, *instruction)
     if status != Status.OK:
         port.answer(status, instruction.number, value, size)
 
 
-def _answer_request(core: Core, port: Port, instruction: Instruction, size: int) -> None:
+def _answer_request(core: ModuleState, port: Port, instruction: Instruction, size: int) -> None:
     """138: one reply now, another when all motors of the mask are at their targets (manual 6.7.34)."""
     status, value = _answer_plainly(core, port, instruction, size)
     if status == Status.OK:
         supervision.request_target_reached(core, port, value, size)
 
 
-def _answer_ascii_mode(_core: Core, port: Port, instruction: Instruction, size: int) -> None:
+def _answer_ascii_mode(_core: ModuleState, port: Port, instruction: Instruction, size: int) -> None:
     """139: the reply is still binary (manual 6.6; fidelity FW-83)."""
     status = Status.OK if port.takes_text else Status.NOT_AVAILABLE
     port.answer(status, instruction.number, instruction.value, size)
@@ -160,7 +160,7 @@ def _answer_ascii_mode(_core: Core, port: Port, instruction: Instruction, size: 
         port.enter_text(True)
 
 
-def _answer_boot(core: Core, port: Port, instruction: Instruction, size: int) -> None:
+def _answer_boot(core: ModuleState, port: Port, instruction: Instruction, size: int) -> None:
     """242: to the boot loader if there is one and the key fits, else a command like any unknown one."""
     if core.boot is not None and instruction[1:] == BOOT_KEY:
         core.boot.enter(core)

@@ -17,7 +17,7 @@ from tmcm34x.tmcl.numbers import AP
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.axis import Axis
-    from tmcm34x.firmware.state import Core
+    from tmcm34x.firmware.state import ModuleState
 
 GRID: Final = 5 * MS
 """Period of the firmware's system control."""
@@ -35,12 +35,12 @@ def next_grid(now: int) -> int:
     return (now // GRID + 1) * GRID
 
 
-def under_way(core: Core, axis: Axis) -> int:
+def under_way(core: ModuleState, axis: Axis) -> int:
     """When a motor that starts now is certain to have begun: a period of 5 ms after a ramp tick."""
     return next_grid(core.now + (RAMP_TICK << axis.values[AP.RAMP_DIVISOR]))
 
 
-def reschedule(core: Core) -> None:
+def reschedule(core: ModuleState) -> None:
     """Find the next clock at which supervision has something to do."""
     first, second, third = core.axes
     core.due = min(
@@ -52,7 +52,7 @@ def reschedule(core: Core) -> None:
 # Motion
 
 
-def started(core: Core, axis: Axis) -> None:
+def started(core: ModuleState, axis: Axis) -> None:
     """A command may have set a motor in motion: full current, and a look as soon as it must be under way."""
     if not axis.moving:
         begin(core, axis)
@@ -62,14 +62,14 @@ def started(core: Core, axis: Axis) -> None:
     core.touched = True
 
 
-def freed(core: Core, axis: Axis) -> None:
+def freed(core: ModuleState, axis: Axis) -> None:
     """What held a motor may have gone: if it starts, that is seen when it is under way."""
     if not axis.moving and (axis.open or not axis.at_target):
         core.look_due = min(core.look_due, under_way(core, axis))
         reschedule(core)
 
 
-def begin(core: Core, axis: Axis) -> None:
+def begin(core: ModuleState, axis: Axis) -> None:
     """A motor moves: run current, driver on."""
     axis.moving = True
     axis.power_due = axis.free_due = NEVER
@@ -78,7 +78,7 @@ def begin(core: Core, axis: Axis) -> None:
     plan_poll(core)
 
 
-def end(core: Core, axis: Axis, now: int) -> None:
+def end(core: ModuleState, axis: Axis, now: int) -> None:
     """A motor rests: the current goes down and the driver off later."""
     axis.moving = False
     axis.rest_since = now
@@ -87,7 +87,7 @@ def end(core: Core, axis: Axis, now: int) -> None:
     plan_poll(core)
 
 
-def plan_rest(core: Core, axis: Axis) -> None:
+def plan_rest(core: ModuleState, axis: Axis) -> None:
     """Find the clocks of standby current (214) and freewheeling (204)."""
     values, board = axis.values, core.board
     if AP.POWER_DOWN_DELAY not in values:
@@ -99,7 +99,7 @@ def plan_rest(core: Core, axis: Axis) -> None:
     axis.free_due = max(since + freewheeling * REST_UNIT, soon) if freewheeling else NEVER
 
 
-def set_current(core: Core, axis: Axis, parameter: int) -> None:
+def set_current(core: ModuleState, axis: Axis, parameter: int) -> None:
     """Set a coil current to axis parameter 6 or 7, or to 200 while the speed changes."""
     current = axis.values.get(parameter)
     if current is None:
@@ -118,7 +118,7 @@ def _boosted(axis: Axis, current: int) -> int:
 # Parameters
 
 
-def settings_changed(core: Core, axis: Axis) -> None:
+def settings_changed(core: ModuleState, axis: Axis) -> None:
     """An axis parameter that is watched here has a new value."""
     if axis.moving:
         set_current(core, axis, AP.MAX_CURRENT)
@@ -131,7 +131,7 @@ def settings_changed(core: Core, axis: Axis) -> None:
     reschedule(core)
 
 
-def rest_time_changed(core: Core, axis: Axis) -> None:
+def rest_time_changed(core: ModuleState, axis: Axis) -> None:
     """Axis parameter 204 or 214 has a new value."""
     if not axis.moving:
         plan_rest(core, axis)
@@ -141,7 +141,7 @@ def rest_time_changed(core: Core, axis: Axis) -> None:
 # Polling
 
 
-def watched(core: Core, axis: Axis) -> bool:
+def watched(core: ModuleState, axis: Axis) -> bool:
     """Whether a motor must be polled while it moves: what a threshold or parameter 200 sets is in use."""
     values = axis.values
     return bool(
@@ -153,7 +153,7 @@ def watched(core: Core, axis: Axis) -> bool:
     )
 
 
-def plan_poll(core: Core) -> None:
+def plan_poll(core: ModuleState) -> None:
     """Poll in the next period of 5 ms if any motor needs it."""
     if not any(axis.moving and watched(core, axis) for axis in core.axes):
         core.poll_due = NEVER
@@ -161,7 +161,7 @@ def plan_poll(core: Core) -> None:
         core.poll_due = next_grid(core.now)
 
 
-def choose_pattern(core: Core, axis: Axis) -> None:
+def choose_pattern(core: ModuleState, axis: Axis) -> None:
     """Bring the driver's decay and current cells in line with the speed."""
     values = axis.values
     if AP.MIXED_DECAY_THRESHOLD in values:

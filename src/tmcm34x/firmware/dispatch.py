@@ -23,7 +23,7 @@ from tmcm34x.tmcl.numbers import COMMAND
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.state import Core, Handler, Result
+    from tmcm34x.firmware.state import Handler, ModuleState, Result
     from tmcm34x.tmcl.datagram import Instruction
 
 LIMITS: Final = {"type": (0, 255), "motor": (0, 255), "value": (INT32_MIN, INT32_MAX)}
@@ -32,12 +32,12 @@ _CONTROL: Final = frozenset(row.number for row in CONTROL_FUNCTIONS)
 _USER_FUNCTIONS: Final = range(COMMAND.UF0, COMMAND.UF7 + 1)
 
 
-def do_unknown(_core: Core, _type: int, _motor: int, value: int) -> Result:
+def do_unknown(_core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """A command number that this firmware does not know."""
     return Status.INVALID_COMMAND, value
 
 
-def do_program_only(_core: Core, _type: int, _motor: int, value: int) -> Result:
+def do_program_only(_core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """A command for programs alone (fidelity FW-8)."""
     return Status.NOT_AVAILABLE, value
 
@@ -74,7 +74,10 @@ HANDLERS: Final[Mapping[int, Handler]] = {
 
 def entry(row: Command, handler: Handler) -> Entry:
     """`handler` with the ranges that `row` sets; addresses are the program's to check."""
-    ranges = {**LIMITS, **{o.field: (o.low, o.high) for o in row.operands if o.kind != "address"}}
+    ranges = dict(LIMITS)
+    for operand in row.operands:
+        if operand.kind != "address":
+            ranges[operand.field] = operand.low, operand.high
     type_, motor, value = ranges["type"], ranges["motor"], ranges["value"]
     plain = (type_, (0, motor[1]), value) == (LIMITS["type"], motor, LIMITS["value"])
     return Entry(handler, motor[1], "reads" in row.where, None if plain else (*type_, *motor, *value))
@@ -92,7 +95,7 @@ ENTRIES: Final = _entries()
 """Every command number 0..255; control functions are added by the module (`control`)."""
 
 
-def execute(core: Core, number: int, type_: int, motor: int, value: int) -> Result:
+def execute(core: ModuleState, number: int, type_: int, motor: int, value: int) -> Result:
     """Do a command; gives back status and value of the reply."""
     handler, motor_high, reads, ranges = core.entries[number]
     if ranges is not None:
@@ -106,7 +109,7 @@ def execute(core: Core, number: int, type_: int, motor: int, value: int) -> Resu
     return handler(core, type_, motor, value)
 
 
-def execute_in_program(core: Core, instruction: Instruction) -> Result:
+def execute_in_program(core: ModuleState, instruction: Instruction) -> Result:
     """Do a command of the stand-alone program; control functions are not for programs."""
     if instruction.number in _CONTROL:
         return Status.NOT_AVAILABLE, instruction.value

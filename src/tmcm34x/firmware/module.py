@@ -22,8 +22,8 @@ from tmcm34x.firmware.parameters import tables
 from tmcm34x.firmware.peek import peek
 from tmcm34x.firmware.power import settle
 from tmcm34x.firmware.program import Program
-from tmcm34x.firmware.state import INSTRUCTION_CLOCKS, Core
-from tmcm34x.firmware.storage import STANDARD
+from tmcm34x.firmware.state import INSTRUCTION_CLOCKS, ModuleState
+from tmcm34x.tmcl.axis_parameters import STANDARD
 from tmcm34x.tmcl.numbers import GP
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from tmcm34x.tmcl.datagram import Instruction
 
 
-class Module(Core):
+class Module(ModuleState):
     """A TMCM-34x: `board` with `eeprom`, switched off.
 
     seed: start of the random numbers of global parameter 133

@@ -31,10 +31,10 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.axis import Axis, ChipField
-    from tmcm34x.firmware.state import AxisReader, AxisWriter, Core, GlobalReader, GlobalWriter
+    from tmcm34x.firmware.state import AxisReader, AxisWriter, GlobalReader, GlobalWriter, ModuleState
     from tmcm34x.tmcl.axis_parameters import AxisParameter
 
-Effect = Callable[["Core", "Axis", int], None]
+Effect = Callable[["ModuleState", "Axis", int], None]
 """Brings a new value, which is in RAM already, into effect."""
 
 OK: Final = Status.OK
@@ -62,39 +62,39 @@ _MOVING: Final = (AP.TARGET_POSITION, AP.ACTUAL_POSITION, AP.TARGET_SPEED, AP.AC
 """Registers of the ramp generator: writing one may start the motor."""
 
 
-def _read_ram(_core: Core, axis: Axis, number: int) -> int:
+def _read_ram(_core: ModuleState, axis: Axis, number: int) -> int:
     return axis.values[number]
 
 
-def _read_chip(_core: Core, axis: Axis, number: int) -> int:
+def _read_chip(_core: ModuleState, axis: Axis, number: int) -> int:
     return axis.read(_CHIP_FIELDS[number])
 
 
-def _read_reached(_core: Core, axis: Axis, _number: int) -> int:
+def _read_reached(_core: ModuleState, axis: Axis, _number: int) -> int:
     return int(axis.at_target)
 
 
-def _read_left_switch(_core: Core, axis: Axis, _number: int) -> int:
+def _read_left_switch(_core: ModuleState, axis: Axis, _number: int) -> int:
     return int(axis.left_switch)
 
 
-def _read_right_switch(_core: Core, axis: Axis, _number: int) -> int:
+def _read_right_switch(_core: ModuleState, axis: Axis, _number: int) -> int:
     return int(axis.right_switch)
 
 
-def _read_acceleration(_core: Core, axis: Axis, _number: int) -> int:
+def _read_acceleration(_core: ModuleState, axis: Axis, _number: int) -> int:
     return abs(axis.read(A_ACTUAL))
 
 
-def _read_load(core: Core, axis: Axis, _number: int) -> int:
+def _read_load(core: ModuleState, axis: Axis, _number: int) -> int:
     return drivers.load(core.board, axis.motor)
 
 
-def _read_flags(core: Core, axis: Axis, _number: int) -> int:
+def _read_flags(core: ModuleState, axis: Axis, _number: int) -> int:
     return drivers.flags(core.board, axis.motor)
 
 
-def _read_encoder(core: Core, axis: Axis, _number: int) -> int:
+def _read_encoder(core: ModuleState, axis: Axis, _number: int) -> int:
     return encoder.position(core, axis.motor)
 
 
@@ -111,7 +111,7 @@ _READ: Final[Mapping[int, AxisReader]] = {
 }
 
 
-def _write_ram(core: Core, axis: Axis, number: int, value: int) -> Status:
+def _write_ram(core: ModuleState, axis: Axis, number: int, value: int) -> Status:
     axis.values[number] = value
     effect = EFFECTS.get(number)
     if effect is not None:
@@ -119,13 +119,13 @@ def _write_ram(core: Core, axis: Axis, number: int, value: int) -> Status:
     return OK
 
 
-def _write_chip(core: Core, axis: Axis, number: int, value: int) -> Status:
+def _write_chip(core: ModuleState, axis: Axis, number: int, value: int) -> Status:
     axis.write(_CHIP_FIELDS[number], value)
     currents.started(core, axis)
     return OK
 
 
-def _write_ramp_mode(core: Core, axis: Axis, _number: int, mode: int) -> Status:
+def _write_ramp_mode(core: ModuleState, axis: Axis, _number: int, mode: int) -> Status:
     """Change the mode as the motion commands do, with the speed limit that belongs to it."""
     if mode == VELOCITY:
         motion.enter_velocity_mode(axis)
@@ -135,7 +135,7 @@ def _write_ramp_mode(core: Core, axis: Axis, _number: int, mode: int) -> Status:
     return OK
 
 
-def _write_encoder(core: Core, axis: Axis, _number: int, position: int) -> Status:
+def _write_encoder(core: ModuleState, axis: Axis, _number: int, position: int) -> Status:
     if not core.encoder_interface:
         return Status.NOT_AVAILABLE
     encoder.preload(core, axis.motor, position)
@@ -150,48 +150,48 @@ _WRITE: Final[Mapping[int, AxisWriter]] = {
 """Parameters that are no value in RAM."""
 
 
-def _apply_field(_core: Core, axis: Axis, number: int) -> None:
+def _apply_field(_core: ModuleState, axis: Axis, number: int) -> None:
     axis.write(_CHIP_FIELDS[number], axis.values[number])
 
 
-def _apply_max_speed(core: Core, axis: Axis, number: int) -> None:
+def _apply_max_speed(core: ModuleState, axis: Axis, number: int) -> None:
     """At once in position mode; in velocity mode with the next positioning command."""
     if not axis.open:
         axis.write(V_MAX, axis.values[number])
         currents.freed(core, axis)
 
 
-def _apply_acceleration(core: Core, axis: Axis, number: int) -> None:
+def _apply_acceleration(core: ModuleState, axis: Axis, number: int) -> None:
     axis.set_acceleration(axis.values[number])
     currents.freed(core, axis)
 
 
-def _apply_ramp_divisor(_core: Core, axis: Axis, number: int) -> None:
+def _apply_ramp_divisor(_core: ModuleState, axis: Axis, number: int) -> None:
     axis.write(RAMP_DIV, axis.values[number])
     axis.set_acceleration(axis.values[AP.MAX_ACCELERATION])
 
 
-def _apply_pulse_divisor(_core: Core, axis: Axis, number: int) -> None:
+def _apply_pulse_divisor(_core: ModuleState, axis: Axis, number: int) -> None:
     axis.write(PULSE_DIV, axis.values[number])
     axis.set_acceleration(axis.values[AP.MAX_ACCELERATION])
 
 
-def _apply_stop_switch(core: Core, axis: Axis, number: int) -> None:
+def _apply_stop_switch(core: ModuleState, axis: Axis, number: int) -> None:
     """The right and left stop functions are the reference search's while it runs (manual 9.1)."""
     if not axis.search:
         _apply_field(core, axis, number)
         currents.freed(core, axis)
 
 
-def _apply_watch(core: Core, axis: Axis, _number: int) -> None:
+def _apply_watch(core: ModuleState, axis: Axis, _number: int) -> None:
     currents.settings_changed(core, axis)
 
 
-def _apply_rest_time(core: Core, axis: Axis, _number: int) -> None:
+def _apply_rest_time(core: ModuleState, axis: Axis, _number: int) -> None:
     currents.rest_time_changed(core, axis)
 
 
-def _apply_prescaler(core: Core, axis: Axis, number: int) -> None:
+def _apply_prescaler(core: ModuleState, axis: Axis, number: int) -> None:
     encoder.configure(core, axis.motor, axis.values[number])
 
 
@@ -220,7 +220,7 @@ EFFECTS: Final[Mapping[int, Effect]] = {
 """What a new value does, once it is in RAM."""
 
 
-def restore_axes(core: Core) -> None:
+def restore_axes(core: ModuleState) -> None:
     """Power-on: all axis parameters from the EEPROM, and then into effect."""
     rows = axis_rows(core.eeprom.model, core.eeprom.profile)
     for axis, stored in zip(core.axes, core.eeprom.axis_values, strict=True):
@@ -249,18 +249,18 @@ _FIRST_CELLS: Final = {
 """First of the four cells of a long word."""
 
 
-def _written_cover(core: Core) -> int:
+def _written_cover(core: ModuleState) -> int:
     """The cover register as it was written: the chip reads the position one higher."""
     register, position = FIELDS["COVER_POSITION"]
     data = core.board.transfer(0, register.read()) & register.writable
     return position.put(data, position.get(data) - 1)
 
 
-def _read_cover(core: Core, number: int) -> int:
+def _read_cover(core: ModuleState, number: int) -> int:
     return FIELDS[_COVER_FIELDS[number]][1].get(_written_cover(core))
 
 
-def _write_cover(core: Core, number: int, value: int) -> Status:
+def _write_cover(core: ModuleState, number: int, value: int) -> Status:
     register, field = FIELDS[_COVER_FIELDS[number]]
     data = field.put(_written_cover(core), value)
     for chip in range(len(core.board.model.parts)):
@@ -268,67 +268,67 @@ def _write_cover(core: Core, number: int, value: int) -> Status:
     return OK
 
 
-def _read_whole(core: Core, number: int) -> int:
+def _read_whole(core: ModuleState, number: int) -> int:
     return core.board.transfer(0, _WHOLE_REGISTERS[number].read()) & DATA
 
 
-def _write_whole(core: Core, number: int, value: int) -> Status:
+def _write_whole(core: ModuleState, number: int, value: int) -> Status:
     for chip in range(len(core.board.model.parts)):
         core.board.transfer(chip, _WHOLE_REGISTERS[number].write(value))
     return OK
 
 
-def _read_cells(core: Core, number: int) -> int:
+def _read_cells(core: ModuleState, number: int) -> int:
     return int.from_bytes(drivers.read_cells(core.board, _FIRST_CELLS[number], 4), "little")
 
 
-def _write_cells(core: Core, number: int, value: int) -> Status:
+def _write_cells(core: ModuleState, number: int, value: int) -> Status:
     drivers.write_cells(core.board, _FIRST_CELLS[number], (value & 0x3F3F3F3F).to_bytes(4, "little"))
     return OK
 
 
-def _read_low_word(core: Core, _number: int) -> int:
+def _read_low_word(core: ModuleState, _number: int) -> int:
     return drivers.datagram_words(core.board)[0]
 
 
-def _read_high_word(core: Core, _number: int) -> int:
+def _read_high_word(core: ModuleState, _number: int) -> int:
     return drivers.datagram_words(core.board)[1]
 
 
-def _read_switches(core: Core, _number: int) -> int:
+def _read_switches(core: ModuleState, _number: int) -> int:
     """The switches of all motors, in the order of one chip that has all of them."""
     return sum((2 * axis.left_switch + axis.right_switch) << 2 * axis.motor for axis in core.axes)
 
 
-def _read_application(core: Core, _number: int) -> int:
+def _read_application(core: ModuleState, _number: int) -> int:
     return core.program.state
 
 
-def _read_download(core: Core, _number: int) -> int:
+def _read_download(core: ModuleState, _number: int) -> int:
     return int(core.program.downloading)
 
 
-def _read_counter(core: Core, _number: int) -> int:
+def _read_counter(core: ModuleState, _number: int) -> int:
     return core.program.counter
 
 
-def _read_last_error(core: Core, _number: int) -> int:
+def _read_last_error(core: ModuleState, _number: int) -> int:
     return core.program.last_status
 
 
-def _read_tick_timer(core: Core, _number: int) -> int:
+def _read_tick_timer(core: ModuleState, _number: int) -> int:
     return signed32(core.now // MS - core.tick_origin)
 
 
-def _read_random(core: Core, _number: int) -> int:
+def _read_random(core: ModuleState, _number: int) -> int:
     return core.random_number()
 
 
-def _read_disable_reply(core: Core, _number: int) -> int:
+def _read_disable_reply(core: ModuleState, _number: int) -> int:
     return int(core.silent)
 
 
-def _read_stored(core: Core, number: int) -> int:
+def _read_stored(core: ModuleState, number: int) -> int:
     return core.eeprom.global_values[number]
 
 
@@ -349,12 +349,12 @@ _READ_GLOBAL: Final[Mapping[int, GlobalReader]] = {
 }
 
 
-def _write_stored(core: Core, number: int, value: int) -> Status:
+def _write_stored(core: ModuleState, number: int, value: int) -> Status:
     core.eeprom.set_global_value(number, value)
     return OK
 
 
-def _write_setting(core: Core, number: int, value: int) -> Status:
+def _write_setting(core: ModuleState, number: int, value: int) -> Status:
     """A stored parameter that the module keeps at hand."""
     core.eeprom.set_global_value(number, value)
     core.take_settings()
@@ -362,14 +362,14 @@ def _write_setting(core: Core, number: int, value: int) -> Status:
     return OK
 
 
-def _write_lock(core: Core, number: int, value: int) -> Status:
+def _write_lock(core: ModuleState, number: int, value: int) -> Status:
     if value not in {LOCK_KEY, UNLOCK_KEY}:
         return Status.INVALID_VALUE
     core.eeprom.set_global_value(number, int(value == LOCK_KEY))
     return OK
 
 
-def _write_encoder_interface(core: Core, number: int, value: int) -> Status:
+def _write_encoder_interface(core: ModuleState, number: int, value: int) -> Status:
     core.eeprom.set_global_value(number, value)
     core.encoder_interface = value
     for axis in core.axes:
@@ -378,7 +378,7 @@ def _write_encoder_interface(core: Core, number: int, value: int) -> Status:
     return OK
 
 
-def _write_protection(core: Core, number: int, value: int) -> Status:
+def _write_protection(core: ModuleState, number: int, value: int) -> Status:
     """Giving up the protection against reading erases the program (manual 8.1)."""
     if core.eeprom.global_values[number] & 1 and not value & 1:
         core.program.erase()
@@ -386,12 +386,12 @@ def _write_protection(core: Core, number: int, value: int) -> Status:
     return OK
 
 
-def _write_tick_timer(core: Core, _number: int, value: int) -> Status:
+def _write_tick_timer(core: ModuleState, _number: int, value: int) -> Status:
     core.tick_origin = core.now // MS - value
     return OK
 
 
-def _write_disable_reply(core: Core, _number: int, value: int) -> Status:
+def _write_disable_reply(core: ModuleState, _number: int, value: int) -> Status:
     core.silent = bool(value)
     return OK
 
@@ -415,7 +415,7 @@ _WRITE_GLOBAL: Final[Mapping[int, GlobalWriter]] = {
 }  # fmt: skip
 
 
-def store_global(core: Core, number: int) -> Status:
+def store_global(core: ModuleState, number: int) -> Status:
     """STGP in bank 0: the first long words of driver chain and microstep table store the whole table.
 
     All others are stored by SGP already, or cannot be; nothing happens (manual 6.7.11, fidelity FW-53).
@@ -433,7 +433,7 @@ def store_global(core: Core, number: int) -> Status:
     return OK
 
 
-def restore_global(core: Core, number: int) -> Status:
+def restore_global(core: ModuleState, number: int) -> Status:
     """RSGP in bank 0, the counterpart of `store_global`."""
     if number not in core.tables.globals:
         return Status.WRONG_TYPE

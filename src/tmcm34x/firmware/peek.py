@@ -18,41 +18,41 @@ from tmcm34x.tmcl.numbers import AP, COMMAND, GP
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.state import Core, Result
+    from tmcm34x.firmware.state import ModuleState, Result
     from tmcm34x.tmcl.datagram import Instruction
 
 _RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
 
 
-def _load(core: Core, motor: int) -> int | None:
+def _load(core: ModuleState, motor: int) -> int | None:
     return drivers.peek_load(core.board, motor)
 
 
-def _flags(core: Core, motor: int) -> int | None:
+def _flags(core: ModuleState, motor: int) -> int | None:
     return drivers.peek_flags(core.board, motor)
 
 
-def _low_word(core: Core) -> int:
+def _low_word(core: ModuleState) -> int:
     return drivers.peek_datagram_words(core.board)[0]
 
 
-def _high_word(core: Core) -> int:
+def _high_word(core: ModuleState) -> int:
     return drivers.peek_datagram_words(core.board)[1]
 
 
-def _random(core: Core) -> int:
+def _random(core: ModuleState) -> int:
     """The number that was drawn last, or the one that the seed stands for."""
     return core.last_random_number
 
 
-AXIS_READERS: Final[Mapping[int, Callable[[Core, int], int | None]]] = {
+AXIS_READERS: Final[Mapping[int, Callable[[ModuleState, int], int | None]]] = {
     AP.LOAD_VALUE: _load,
     AP.DRIVER_ERROR_FLAGS: _flags,
     AP.ENCODER_POSITION: encoder.peek,
 }
 """Readers of the axis parameters with an effect; None is what cannot be known without acting."""
 
-GLOBAL_READERS: Final[Mapping[int, Callable[[Core], int]]] = {
+GLOBAL_READERS: Final[Mapping[int, Callable[[ModuleState], int]]] = {
     GP.DATAGRAM_LOW_WORD: _low_word,
     GP.DATAGRAM_HIGH_WORD: _high_word,
     GP.RANDOM_NUMBER: _random,
@@ -60,7 +60,7 @@ GLOBAL_READERS: Final[Mapping[int, Callable[[Core], int]]] = {
 """Readers of the global parameters of bank 0 with an effect."""
 
 
-def peek(core: Core, instruction: Instruction) -> Result:
+def peek(core: ModuleState, instruction: Instruction) -> Result:
     """Status and value that GAP, GGP, GCO, GIO or RFS STATUS would be answered with now.
 
     Any other command is not available (status 6), also GCO with motor 255, which copies, and a reading whose value
@@ -84,7 +84,7 @@ def _harmless(number: int, type_: int, motor: int) -> bool:
     return number in {COMMAND.GAP, COMMAND.GGP, COMMAND.GIO}
 
 
-def _peek_axis(core: Core, instruction: Instruction) -> Result:
+def _peek_axis(core: ModuleState, instruction: Instruction) -> Result:
     _, type_, motor, _ = instruction
     if not core.tables.axis_readers[type_]:
         return Status.WRONG_TYPE, 0

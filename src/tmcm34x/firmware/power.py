@@ -16,13 +16,13 @@ from tmcm34x.tmcl.global_parameters import EEPROM_MAGIC
 from tmcm34x.tmcl.numbers import GP
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.state import Core
+    from tmcm34x.firmware.state import ModuleState
 
 _SMGP: Final = FIELDS["LSMD"][0]
 _IF_CONFIGURATION: Final = FIELDS["EN_REFR"][0]
 
 
-def switch_on(core: Core) -> None:
+def switch_on(core: ModuleState) -> None:
     """Start the firmware: chips and settings from the EEPROM, all else as new."""
     if core.powered:
         return
@@ -43,27 +43,27 @@ def switch_on(core: Core) -> None:
         listener()
 
 
-def switch_off(core: Core) -> None:
+def switch_off(core: ModuleState) -> None:
     """Cut the power: nothing moves, nothing answers, what is not stored is lost."""
     if core.powered:
         stop_firmware(core)
         core.powered = False
 
 
-def cycle(core: Core) -> None:
+def cycle(core: ModuleState) -> None:
     """Switch off and on."""
     switch_off(core)
     switch_on(core)
 
 
-def stop_firmware(core: Core) -> None:
+def stop_firmware(core: ModuleState) -> None:
     """All motors stand still without current, the program stops, what is not stored is lost."""
     core.program.power_off()
     _forget(core)
     core.silent = False
 
 
-def settle(core: Core) -> None:
+def settle(core: ModuleState) -> None:
     """Do what follows from a command at once: 138's second reply, another baud rate."""
     core.touched = False
     supervision.answer_requests(core)
@@ -71,12 +71,12 @@ def settle(core: Core) -> None:
         core.baud_index = core.eeprom.global_values[GP.BAUD_RATE]
 
 
-def _forget(core: Core) -> None:
+def _forget(core: ModuleState) -> None:
     core.board.reset()
     core.forget()
 
 
-def _start_chips(core: Core) -> None:
+def _start_chips(core: ModuleState) -> None:
     """Tell the motion chips what board they are on (fidelity FW-90)."""
     model = core.board.model
     drivers.write_cells(core.board, 0, core.eeprom.driver_chain + core.eeprom.microstep_table)
@@ -85,7 +85,7 @@ def _start_chips(core: Core) -> None:
         core.board.transfer(chip, _IF_CONFIGURATION.write(model.if_configuration))
 
 
-def _restore(core: Core) -> None:
+def _restore(core: ModuleState) -> None:
     """RAM from the EEPROM (manual 8.1, parameters 84 and 85)."""
     settings, eeprom = core.eeprom.global_values, core.eeprom
     core.silent = False

@@ -23,7 +23,7 @@ from tmcm34x.tmcl.numbers import AP
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.axis import Axis
-    from tmcm34x.firmware.state import Core
+    from tmcm34x.firmware.state import ModuleState
 
 LEFT_SWITCH_ONLY: Final = 1
 """Referencing mode (axis parameter 193) without a right switch."""
@@ -41,7 +41,7 @@ _NEXT: Final = {
 """The stretches in their order; REENTERING is followed by the way to zero."""
 
 
-def start(core: Core, axis: Axis) -> None:
+def start(core: ModuleState, axis: Axis) -> None:
     """RFS START: begin, or begin again, with the mode that is set now."""
     left_only = axis.values[AP.REFERENCE_MODE] == LEFT_SWITCH_ONLY
     _set_stops(axis, right=not left_only, left=True)
@@ -52,7 +52,7 @@ def start(core: Core, axis: Axis) -> None:
     advance(core, axis)
 
 
-def stop(core: Core, axis: Axis) -> None:
+def stop(core: ModuleState, axis: Axis) -> None:
     """RFS STOP: leave off, along the ramp."""
     if axis.search:
         abort(axis)
@@ -67,19 +67,19 @@ def abort(axis: Axis) -> None:
         _set_stops(axis, right=not values[AP.RIGHT_SWITCH_DISABLE], left=not values[AP.LEFT_SWITCH_DISABLE])
 
 
-def stop_motor(core: Core, axis: Axis) -> None:
+def stop_motor(core: ModuleState, axis: Axis) -> None:
     """Stop a motor along its ramp, whatever it was doing."""
     abort(axis)
     motion.stop(core, axis)
 
 
-def halt_motor(core: Core, axis: Axis) -> None:
+def halt_motor(core: ModuleState, axis: Axis) -> None:
     """Stop a motor at once, whatever it was doing."""
     abort(axis)
     motion.halt(core, axis)
 
 
-def advance(core: Core, axis: Axis) -> None:
+def advance(core: ModuleState, axis: Axis) -> None:
     """Look whether the present stretch is over."""
     while axis.search and _stretch_done(axis):
         _take_next_stretch(core, axis)
@@ -99,7 +99,7 @@ def _stretch_done(axis: Axis) -> bool:
             return axis.left_switch
 
 
-def _take_next_stretch(core: Core, axis: Axis) -> None:
+def _take_next_stretch(core: ModuleState, axis: Axis) -> None:
     here = axis.read(X_ACTUAL)
     if axis.search is Search.GOING_TO_ZERO:
         abort(axis)
@@ -114,7 +114,7 @@ def _take_next_stretch(core: Core, axis: Axis) -> None:
         _enter(core, axis, _NEXT[axis.search])
 
 
-def _enter(core: Core, axis: Axis, search: Search) -> None:
+def _enter(core: ModuleState, axis: Axis, search: Search) -> None:
     """Begin a stretch: search speed on the way to a switch, switch speed while its points are measured."""
     axis.search = search
     values = axis.values
@@ -125,7 +125,7 @@ def _enter(core: Core, axis: Axis, search: Search) -> None:
     motion.rotate(core, axis, speed if search in _RIGHTWARD else -speed)
 
 
-def _set_zero(core: Core, axis: Axis, closed: int) -> None:
+def _set_zero(core: ModuleState, axis: Axis, closed: int) -> None:
     """Count from the middle of the two switching points, and go there, even if the switch is closed there."""
     middle = closed + signed24(axis.opened - closed) // 2
     both = axis.values[AP.REFERENCE_MODE] != LEFT_SWITCH_ONLY

@@ -1,7 +1,7 @@
-"""What a module remembers, in one place: `Core`.
+"""What a module remembers, in one place: `ModuleState`.
 
-Everything that the firmware does is a function of a `Core` and of operands; nothing else keeps state, apart from the
-chips on the board, the EEPROM, the program (`program`) and what a port has received of a telegram (`ports`).
+Everything that the firmware does is a function of a `ModuleState` and of operands; nothing else keeps state, apart
+from the chips on the board, the EEPROM, the program (`program`) and what a port has received of a telegram (`ports`).
 
 Listeners (`observers`, `on_power`) are no state: a copy has none, and its ports lead nowhere.
 
@@ -37,7 +37,7 @@ _RANDOM_MASK: Final = 2**64 - 1
 
 Result = tuple[int, int]
 """Status and value of the reply."""
-Handler = Callable[["Core", int, int, int], Result]
+Handler = Callable[["ModuleState", int, int, int], Result]
 """Does a command: takes type, motor and value."""
 UserFunction = Callable[[Any, int, int, int], Result]
 """Takes module, type, motor and value of UF0..UF7; returns status and value of the reply."""
@@ -54,12 +54,12 @@ class Entry(NamedTuple):
     """Lowest and highest type, motor and value, where more than `motor_high` is set."""
 
 
-AxisReader = Callable[["Core", Axis, int], int]
+AxisReader = Callable[["ModuleState", Axis, int], int]
 """Reads the axis parameter of that number."""
-AxisWriter = Callable[["Core", Axis, int, int], Status]
+AxisWriter = Callable[["ModuleState", Axis, int, int], Status]
 """Writes a value to the axis parameter of that number."""
-GlobalReader = Callable[["Core", int], int]
-GlobalWriter = Callable[["Core", int, int], Status]
+GlobalReader = Callable[["ModuleState", int], int]
+GlobalWriter = Callable[["ModuleState", int, int], Status]
 
 
 class Tables(NamedTuple):
@@ -147,7 +147,7 @@ class Observer(Protocol):
         ...
 
 
-Answer = Callable[["Core", Port, "Instruction", int], None]
+Answer = Callable[["ModuleState", Port, "Instruction", int], None]
 """Does a command that came through a port in so many bytes, and answers it, or not."""
 
 
@@ -253,11 +253,11 @@ class Program(Protocol):
 class Boot(Protocol):
     """A boot loader in the module."""
 
-    def take_over(self, core: Core, /) -> None:
+    def take_over(self, core: ModuleState, /) -> None:
         """Power-on: answer instead of the firmware if there is no whole one."""
         ...
 
-    def enter(self, core: Core, /) -> None:
+    def enter(self, core: ModuleState, /) -> None:
         """Leave the firmware."""
         ...
 
@@ -265,7 +265,7 @@ class Boot(Protocol):
         """What it remembers."""
         ...
 
-    def load(self, core: Core, value: Any, /) -> None:
+    def load(self, core: ModuleState, value: Any, /) -> None:
         """Go back to what `save` gave."""
         ...
 
@@ -291,12 +291,12 @@ _PLAIN: Final = (
     "baud_index", "silent", "tick_origin", "touched", "encoder_interface", "shut_down", "look_due", "poll_due",
     "heartbeat_due", "can_heartbeat_due", "due", "pins_due", "random_state",
 )  # fmt: skip
-"""Attributes of a `Core` that are numbers."""
+"""Attributes of a `ModuleState` that are numbers."""
 
 _LISTENERS: Final = ("observers", "on_power")
 
 
-class Core:
+class ModuleState:
     """What the firmware of a module on `board` with `eeprom` works on; see the module.
 
     firmware: what each command number 0..255 does, and the commands that a port answers in a form of their own
@@ -370,7 +370,7 @@ class Core:
         self.random_state = seed & _RANDOM_MASK
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in Core.__slots__ if name not in _LISTENERS}
+        return {name: getattr(self, name) for name in ModuleState.__slots__ if name not in _LISTENERS}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.observers, self.on_power = [], []

@@ -382,8 +382,8 @@ def _check_ranges(eeprom: Eeprom) -> None:
                 raise EepromError(f"EEPROM image has an impossible axis parameter {number} = {value}")
     bank_0 = {row.number: row for row in global_rows(LATER) if row.stored}
     for number, value in eeprom.global_values.items():
-        row = bank_0.get(number)
-        if row is None or not row.low <= value <= row.high:
+        setting = bank_0.get(number)
+        if setting is None or not setting.low <= value <= setting.high:
             raise EepromError(f"EEPROM image has an impossible global parameter {number} = {value}")
     if any(not POSITION_MIN <= x <= POSITION_MAX for positions in eeprom.coordinates for x in positions):
         raise EepromError("EEPROM image has an impossible coordinate")

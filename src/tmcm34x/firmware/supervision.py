@@ -25,14 +25,14 @@ from tmcm34x.tmcl.numbers import AP, GP
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.axis import Axis
-    from tmcm34x.firmware.state import Core, Port
+    from tmcm34x.firmware.state import ModuleState, Port
 
 STALLED: Final = 1
 DEVIATED: Final = 2
 """Bits of axis parameter 207 of later firmware."""
 
 
-def advance(core: Core, now: int, chips_have_event: bool) -> None:
+def advance(core: ModuleState, now: int, chips_have_event: bool) -> None:
     """Do what is due at `now`."""
     if now >= core.look_due:
         core.look_due = NEVER
@@ -49,7 +49,7 @@ def advance(core: Core, now: int, chips_have_event: bool) -> None:
     reschedule(core)
 
 
-def _rest(core: Core, axis: Axis, now: int) -> None:
+def _rest(core: ModuleState, axis: Axis, now: int) -> None:
     if now >= axis.power_due:
         axis.power_due = NEVER
         currents.set_current(core, axis, AP.STANDBY_CURRENT)
@@ -58,7 +58,7 @@ def _rest(core: Core, axis: Axis, now: int) -> None:
         core.board.driver_enable(axis.motor, False)
 
 
-def _look(core: Core, now: int, axes: Sequence[Axis]) -> None:
+def _look(core: ModuleState, now: int, axes: Sequence[Axis]) -> None:
     """Look whether motors move; one at rest does not start without a command or a pin."""
     for axis in axes:
         if not axis.at_rest:
@@ -71,7 +71,7 @@ def _look(core: Core, now: int, axes: Sequence[Axis]) -> None:
     answer_requests(core)
 
 
-def _look_at_motion(core: Core, axis: Axis) -> None:
+def _look_at_motion(core: ModuleState, axis: Axis) -> None:
     """A motor moves; if that cannot be seen in its speed, it turns round or ends its move: look again."""
     if not axis.moving:
         currents.begin(core, axis)
@@ -84,14 +84,14 @@ def _look_at_motion(core: Core, axis: Axis) -> None:
 # Command 138
 
 
-def request_target_reached(core: Core, port: Port, mask: int, size: int) -> None:
+def request_target_reached(core: ModuleState, port: Port, mask: int, size: int) -> None:
     """Tell `port` once all motors of `mask` are at their targets; one request for each port."""
     core.requests = [row for row in core.requests if row.port is not port]
     core.requests.append(Request(port, mask, size))
     core.touched = True
 
 
-def answer_requests(core: Core) -> None:
+def answer_requests(core: ModuleState) -> None:
     """Send the second reply of every command 138 whose motors are at their targets."""
     if not core.requests:
         return
@@ -105,7 +105,7 @@ def answer_requests(core: Core) -> None:
 # Polling
 
 
-def _poll(core: Core) -> None:
+def _poll(core: ModuleState) -> None:
     core.poll_due = NEVER
     for axis in core.axes:
         if axis.moving and currents.watched(core, axis):
@@ -117,7 +117,7 @@ def _poll(core: Core) -> None:
     currents.plan_poll(core)
 
 
-def _check_stall(core: Core, axis: Axis) -> None:
+def _check_stall(core: ModuleState, axis: Axis) -> None:
     threshold = axis.values.get(AP.STALL_THRESHOLD)
     if not threshold or not axis.read(V_ACTUAL) or axis.read(A_ACTUAL):
         return
@@ -127,7 +127,7 @@ def _check_stall(core: Core, axis: Axis) -> None:
         core.tell("stall", axis.motor)
 
 
-def _check_deviation(core: Core, axis: Axis) -> None:
+def _check_deviation(core: ModuleState, axis: Axis) -> None:
     limit = axis.values[AP.MAX_ENCODER_DEVIATION]
     if not limit or not core.encoder_interface or not axis.read(V_ACTUAL):
         return
@@ -146,21 +146,21 @@ def _note_error(axis: Axis, bit: int) -> None:
 # Pins and host
 
 
-def pins_changed(core: Core) -> None:
+def pins_changed(core: ModuleState) -> None:
     """The world changed a pin: a switch that opened may set a motor in motion again."""
     for axis in core.axes:
         currents.freed(core, axis)
     shutdown_changed(core)
 
 
-def shutdown_changed(core: Core) -> None:
+def shutdown_changed(core: ModuleState) -> None:
     """The SHUTDOWN pin or its meaning (global parameter 80) may have changed: looked at in the next period."""
     if core.eeprom.global_values[GP.SHUTDOWN_PIN] or core.shut_down:
         core.look_due = min(core.look_due, currents.next_grid(core.now))
         reschedule(core)
 
 
-def _look_at_shutdown(core: Core) -> None:
+def _look_at_shutdown(core: ModuleState) -> None:
     function = core.eeprom.global_values[GP.SHUTDOWN_PIN]
     active = bool(function) and core.board.shutdown_level() == (function == 1)
     if active and not core.shut_down:
@@ -169,19 +169,19 @@ def _look_at_shutdown(core: Core) -> None:
     core.shut_down = active
 
 
-def heard(core: Core) -> None:
+def heard(core: ModuleState) -> None:
     """A command came on a serial port; the next must come within the heartbeat (global parameter 68)."""
     core.heartbeat_due = core.now + core.heartbeat * MS
     reschedule(core)
 
 
-def heard_on_can(core: Core) -> None:
+def heard_on_can(core: ModuleState) -> None:
     """A command came on CAN; the next must come within the heartbeat of CAN (global parameter 82)."""
     core.can_heartbeat_due = core.now + core.can_heartbeat * MS
     reschedule(core)
 
 
-def settings_changed(core: Core) -> None:
+def settings_changed(core: ModuleState) -> None:
     """Heartbeat and SHUTDOWN settings may have changed."""
     if not core.heartbeat:
         core.heartbeat_due = NEVER
@@ -191,7 +191,7 @@ def settings_changed(core: Core) -> None:
     core.touched = True
 
 
-def _lose_heartbeat(core: Core) -> None:
+def _lose_heartbeat(core: ModuleState) -> None:
     core.heartbeat_due = core.can_heartbeat_due = NEVER
     for axis in core.axes:
         stop_motor(core, axis)

@@ -13,7 +13,7 @@ from tmcm34x.tmcl.numbers import GP
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.state import Core, Result
+    from tmcm34x.firmware.state import ModuleState, Result
 
 OK: Final = Status.OK
 ALL_COORDINATES: Final = 255
@@ -22,14 +22,14 @@ ALL_MOTORS: Final = 7
 """Motor of CCO that captures all."""
 
 
-def coordinate(core: Core, n: int, motor: int) -> int:
+def coordinate(core: ModuleState, n: int, motor: int) -> int:
     """Coordinate 0 is in RAM, the others where global parameter 84 says."""
     if n and core.eeprom.global_values[GP.COORDINATE_STORAGE]:
         return core.eeprom.coordinates[motor][n - 1]
     return core.coordinates[motor][n]
 
 
-def _set_coordinates(core: Core, n: int, positions: dict[int, int]) -> Status:
+def _set_coordinates(core: ModuleState, n: int, positions: dict[int, int]) -> Status:
     if any(not POSITION_MIN <= position <= POSITION_MAX for position in positions.values()):
         return Status.INVALID_VALUE
     if n and core.eeprom.global_values[GP.COORDINATE_STORAGE]:
@@ -43,7 +43,7 @@ def _set_coordinates(core: Core, n: int, positions: dict[int, int]) -> Status:
     return OK
 
 
-def do_sco(core: Core, type_: int, motor: int, value: int) -> Result:
+def do_sco(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """SCO: set a coordinate; motor 255 copies one or (0) all from RAM to EEPROM.
 
     Source: manual 6.7.25; copying: fidelity FW-60.
@@ -60,7 +60,7 @@ def _chosen(n: int) -> range:
     return range(n, n + 1) if n else range(1, COORDINATES)
 
 
-def _store_coordinates(core: Core, n: int) -> Status:
+def _store_coordinates(core: ModuleState, n: int) -> Status:
     if core.eeprom.locked:
         return Status.EEPROM_LOCKED
     for each in _chosen(n):
@@ -69,7 +69,7 @@ def _store_coordinates(core: Core, n: int) -> Status:
     return OK
 
 
-def do_gco(core: Core, type_: int, motor: int, value: int) -> Result:
+def do_gco(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """GCO: read a coordinate; motor 255 copies one or (0) all from EEPROM to RAM.
 
     Source: manual 6.7.26; copying: fidelity FW-60.
@@ -82,7 +82,7 @@ def do_gco(core: Core, type_: int, motor: int, value: int) -> Result:
     return (OK, coordinate(core, type_, motor)) if motor < MOTORS else (Status.INVALID_VALUE, 0)
 
 
-def do_cco(core: Core, type_: int, motor: int, value: int) -> Result:
+def do_cco(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """CCO: capture the actual position of a motor, or of all (7).  Source: manual 6.7.27; fidelity FW-61."""
     if MOTORS <= motor < ALL_MOTORS:
         return Status.INVALID_VALUE, value
@@ -90,6 +90,6 @@ def do_cco(core: Core, type_: int, motor: int, value: int) -> Result:
     return _set_coordinates(core, type_, {axis.motor: axis.read(X_ACTUAL) for axis in axes}), value
 
 
-def do_aco(core: Core, type_: int, motor: int, value: int) -> Result:
+def do_aco(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """ACO: set a coordinate to the accumulator.  Source: manual 6.7.28."""
     return _set_coordinates(core, type_, {motor: core.program.accumulator}), value

@@ -18,7 +18,7 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.axis import Axis
-    from tmcm34x.firmware.state import Core, Result
+    from tmcm34x.firmware.state import ModuleState, Result
 
 OK: Final = Status.OK
 _REL, _COORD = (dict(MOVE_TYPES)[word] for word in ("REL", "COORD"))
@@ -28,7 +28,7 @@ INTERPOLATED: Final = 0x40
 """Bits of MVP COORD's motor field that make a mask of the others."""
 
 
-def _group(core: Core, motor: int) -> list[Axis]:
+def _group(core: ModuleState, motor: int) -> list[Axis]:
     """All motors that do what `motor` does: those of its group index, unless that is 0."""
     axis = core.axes[motor]
     group = axis.values[AP.GROUP_INDEX]
@@ -44,7 +44,7 @@ def _free(axis: Axis) -> None:
         axis.values[AP.EXTENDED_ERROR_FLAGS] = 0
 
 
-def do_ror(core: Core, _type: int, motor: int, value: int) -> Result:
+def do_ror(core: ModuleState, _type: int, motor: int, value: int) -> Result:
     """ROR: turn toward rising positions.  Source: manual 6.7.1."""
     for axis in _group(core, motor):
         _free(axis)
@@ -52,7 +52,7 @@ def do_ror(core: Core, _type: int, motor: int, value: int) -> Result:
     return OK, value
 
 
-def do_rol(core: Core, _type: int, motor: int, value: int) -> Result:
+def do_rol(core: ModuleState, _type: int, motor: int, value: int) -> Result:
     """ROL: turn toward falling positions.  Source: manual 6.7.2."""
     for axis in _group(core, motor):
         _free(axis)
@@ -60,7 +60,7 @@ def do_rol(core: Core, _type: int, motor: int, value: int) -> Result:
     return OK, value
 
 
-def do_mst(core: Core, _type: int, motor: int, value: int) -> Result:
+def do_mst(core: ModuleState, _type: int, motor: int, value: int) -> Result:
     """MST: come to rest along the ramp.  Source: manual 6.7.3; fidelity FW-22."""
     for axis in _group(core, motor):
         _free(axis)
@@ -68,7 +68,7 @@ def do_mst(core: Core, _type: int, motor: int, value: int) -> Result:
     return OK, value
 
 
-def do_mvp(core: Core, type_: int, motor: int, value: int) -> Result:
+def do_mvp(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """MVP: go to a position, by an offset, or to a coordinate.
 
     Source: manual 6.7.4; the reply echoes the command's value, fidelity FW-5.
@@ -82,7 +82,7 @@ def do_mvp(core: Core, type_: int, motor: int, value: int) -> Result:
     return status, value
 
 
-def _move_group(core: Core, type_: int, axes: list[Axis], value: int) -> Status:
+def _move_group(core: ModuleState, type_: int, axes: list[Axis], value: int) -> Status:
     if type_ == _COORD:
         if not 0 <= value < COORDINATES:
             return Status.INVALID_VALUE
@@ -99,7 +99,7 @@ def _move_group(core: Core, type_: int, axes: list[Axis], value: int) -> Status:
     return OK
 
 
-def _move_together(core: Core, field: int, n: int) -> Status:
+def _move_together(core: ModuleState, field: int, n: int) -> Status:
     mask = field & ~(TOGETHER | INTERPOLATED)
     both = field & TOGETHER and field & INTERPOLATED
     if both or not 0 < mask < 1 << MOTORS or not 0 <= n < COORDINATES:
@@ -115,7 +115,7 @@ def _move_together(core: Core, field: int, n: int) -> Status:
     return OK
 
 
-def do_rfs(core: Core, type_: int, motor: int, value: int) -> Result:
+def do_rfs(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """RFS: start or abort a reference search, or tell its state.  Source: manual 6.7.13."""
     if type_ == _STATUS:
         return OK, core.axes[motor].search

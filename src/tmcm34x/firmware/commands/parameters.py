@@ -12,12 +12,12 @@ from tmcm34x.tmcl.commands import USER_VARIABLES
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.state import Core, Result
+    from tmcm34x.firmware.state import ModuleState, Result
 
 OK: Final = Status.OK
 
 
-def do_sap(core: Core, type_: int, motor: int, value: int) -> Result:
+def do_sap(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """SAP: set an axis parameter.  Source: manual 6.7.5."""
     entry = core.tables.axis_writers[type_]
     if entry is None:
@@ -28,12 +28,12 @@ def do_sap(core: Core, type_: int, motor: int, value: int) -> Result:
     return write(core, core.axes[motor], type_, value), value
 
 
-def do_aap(core: Core, type_: int, motor: int, value: int) -> Result:
+def do_aap(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """AAP: SAP with the accumulator, in direct mode the program's (fidelity FW-9).  Source: manual 6.7.30."""
     return do_sap(core, type_, motor, core.program.accumulator)[0], value
 
 
-def do_gap(core: Core, type_: int, motor: int, _value: int) -> Result:
+def do_gap(core: ModuleState, type_: int, motor: int, _value: int) -> Result:
     """GAP: read an axis parameter.  Source: manual 6.7.6."""
     reader = core.tables.axis_readers[type_]
     if reader is None:
@@ -41,7 +41,7 @@ def do_gap(core: Core, type_: int, motor: int, _value: int) -> Result:
     return OK, reader(core, core.axes[motor], type_)
 
 
-def do_stap(core: Core, type_: int, motor: int, value: int) -> Result:
+def do_stap(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """STAP: store the present value of an axis parameter.  Source: manual 6.7.7."""
     eeprom = core.eeprom
     if type_ not in core.tables.stored:
@@ -52,7 +52,7 @@ def do_stap(core: Core, type_: int, motor: int, value: int) -> Result:
     return OK, value
 
 
-def do_rsap(core: Core, type_: int, motor: int, value: int) -> Result:
+def do_rsap(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """RSAP: bring the stored value of an axis parameter back.  Source: manual 6.7.8."""
     eeprom = core.eeprom
     if type_ not in core.tables.stored:
@@ -60,17 +60,17 @@ def do_rsap(core: Core, type_: int, motor: int, value: int) -> Result:
     return do_sap(core, type_, motor, eeprom.axis_values[motor][type_])[0], value
 
 
-def do_sgp(core: Core, type_: int, bank: int, value: int) -> Result:
+def do_sgp(core: ModuleState, type_: int, bank: int, value: int) -> Result:
     """SGP: set a global parameter or user variable.  Source: manual 6.7.9."""
     return _set_global(core, type_, bank, value), value
 
 
-def do_agp(core: Core, type_: int, bank: int, value: int) -> Result:
+def do_agp(core: ModuleState, type_: int, bank: int, value: int) -> Result:
     """AGP: SGP with the accumulator.  Source: manual 6.7.31."""
     return _set_global(core, type_, bank, core.program.accumulator), value
 
 
-def _set_global(core: Core, type_: int, bank: int, value: int) -> Status:
+def _set_global(core: ModuleState, type_: int, bank: int, value: int) -> Status:
     if bank == VARIABLES:
         if type_ >= USER_VARIABLES:
             return Status.WRONG_TYPE
@@ -88,7 +88,7 @@ def _set_global(core: Core, type_: int, bank: int, value: int) -> Status:
     return write(core, type_, value) if row.low <= value <= row.high else Status.INVALID_VALUE
 
 
-def _set_extension(core: Core, type_: int, bank: int, value: int) -> Status:
+def _set_extension(core: ModuleState, type_: int, bank: int, value: int) -> Status:
     """Bank 1 has what a customer's extension put there; plain firmware has no bank 1 (fidelity FW-93)."""
     parameters = core.user_parameters
     if bank != EXTENSION or not parameters:
@@ -100,7 +100,7 @@ def _set_extension(core: Core, type_: int, bank: int, value: int) -> Status:
     return OK
 
 
-def do_ggp(core: Core, type_: int, bank: int, _value: int) -> Result:
+def do_ggp(core: ModuleState, type_: int, bank: int, _value: int) -> Result:
     """GGP: read a global parameter or user variable.  Source: manual 6.7.10."""
     if bank == VARIABLES:
         if type_ >= USER_VARIABLES:
@@ -112,14 +112,14 @@ def do_ggp(core: Core, type_: int, bank: int, _value: int) -> Result:
     return (Status.WRONG_TYPE, 0) if reader is None else (OK, reader(core, type_))
 
 
-def _get_extension(core: Core, type_: int, bank: int) -> Result:
+def _get_extension(core: ModuleState, type_: int, bank: int) -> Result:
     parameters = core.user_parameters
     if bank != EXTENSION or not parameters:
         return Status.INVALID_VALUE, 0
     return (OK, parameters[type_]) if type_ in parameters else (Status.WRONG_TYPE, 0)
 
 
-def do_stgp(core: Core, type_: int, bank: int, value: int) -> Result:
+def do_stgp(core: ModuleState, type_: int, bank: int, value: int) -> Result:
     """STGP: store a user variable, or a chip table.  Source: manual 6.7.11."""
     if bank == VARIABLES:
         if type_ >= USER_VARIABLES:
@@ -131,7 +131,7 @@ def do_stgp(core: Core, type_: int, bank: int, value: int) -> Result:
     return (Status.INVALID_VALUE if bank else store_global(core, type_)), value
 
 
-def do_rsgp(core: Core, type_: int, bank: int, value: int) -> Result:
+def do_rsgp(core: ModuleState, type_: int, bank: int, value: int) -> Result:
     """RSGP: bring a stored user variable, or a chip table, back.  Source: manual 6.7.12."""
     if bank == VARIABLES:
         if type_ >= USER_VARIABLES:

@@ -36,7 +36,7 @@ from tmcm34x.tmcl.datagram import END_MARK, Instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.state import Core
+    from tmcm34x.firmware.state import ModuleState
 
 Ask = Callable[[int], bool]
 """Asked with the address of a command about to be executed; true stops the program there."""
@@ -45,7 +45,7 @@ Ask = Callable[[int], bool]
 class Execution:
     """The program of a module: its state, and how time changes it."""
 
-    def __init__(self, module: Core) -> None:
+    def __init__(self, module: ModuleState) -> None:
         self._module = module
         self.registers = Registers([0] * USER_VARIABLES)
         self.memory = Memory(module.eeprom)

@@ -23,7 +23,7 @@ from tmcm34x.tmcl.numbers import AP
 
 if TYPE_CHECKING:
     from tmcm34x.clock import Value
-    from tmcm34x.firmware.state import Core
+    from tmcm34x.firmware.state import ModuleState
     from tmcm34x.tmcl.datagram import Instruction
 
 RAMP_TICK: Final = 32
@@ -107,7 +107,7 @@ class Polling:
 
     __slots__ = ("_anchor", "_disturbed", "_found", "_module", "_outputs", "_until", "cycle")
 
-    def __init__(self, module: Core) -> None:
+    def __init__(self, module: ModuleState) -> None:
         self._module = module
         self.cycle: Cycle | None = None
         """The program goes round in it, from its start until its end, unless something happens."""

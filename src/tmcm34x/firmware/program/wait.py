@@ -13,7 +13,7 @@ from tmcm34x.tmcl.commands import MOTORS, WAIT_TYPES
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.state import Core
+    from tmcm34x.firmware.state import ModuleState
     from tmcm34x.tmcl.datagram import Instruction
 
 TICK: Final = 10 * MS
@@ -39,27 +39,27 @@ class Wait(NamedTuple):
         return self.kind != _TICKS
 
 
-def _never(_core: Core, _motor: int) -> bool:
+def _never(_core: ModuleState, _motor: int) -> bool:
     return False
 
 
-def _reached(core: Core, motor: int) -> bool:
+def _reached(core: ModuleState, motor: int) -> bool:
     return core.axes[motor].reached
 
 
-def _reference_switch(core: Core, motor: int) -> bool:
+def _reference_switch(core: ModuleState, motor: int) -> bool:
     return core.axes[motor].left_switch
 
 
-def _limit_switch(core: Core, motor: int) -> bool:
+def _limit_switch(core: ModuleState, motor: int) -> bool:
     return core.axes[motor].left_switch or core.axes[motor].right_switch
 
 
-def _searched(core: Core, motor: int) -> bool:
+def _searched(core: ModuleState, motor: int) -> bool:
     return not core.axes[motor].search
 
 
-_CONDITIONS: Final[dict[int, Callable[[Core, int], bool]]] = {
+_CONDITIONS: Final[dict[int, Callable[[ModuleState, int], bool]]] = {
     _TICKS: _never,
     _POS: _reached,
     _REFSW: _reference_switch,
@@ -79,6 +79,6 @@ def begin(instruction: Instruction, now: int) -> Wait | Status:
     return Wait(kind, motor, NEVER if endless else now + ticks * TICK)
 
 
-def fulfilled(core: Core, wait: Wait) -> bool:
+def fulfilled(core: ModuleState, wait: Wait) -> bool:
     """Whether what is waited for is there."""
     return _CONDITIONS[wait.kind](core, wait.motor)
