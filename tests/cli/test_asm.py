@@ -54,7 +54,9 @@ def test_asm_tells_every_mistake_with_its_line_and_a_caret(call):
         "  ROR 0, 0x10\n         ^~~~\n"
         "bad.tmc:2:2: error[E201]: no command MPV; did you mean MVP?\n"
         "   MPV ABS, 0, 1\n   ^~~\n"
-        "bad.tmc:3:1: error[E202]: VECT (command 37) belongs to other TMCL firmware; a TMCM-34x does not have it\n"
+        "bad.tmc:3:1: error[E202]: VECT (command 37) is of other TMCL firmware: "
+        "modules with interrupts (TMCM-1110 and newer); "
+        "a TMCM-34x has JC with the error flags, and loops that read inputs\n"
         "  VECT 1\n  ^~~~\n"
     )
     assert not Path("bad.bin").exists()
@@ -149,6 +151,23 @@ def test_dis_writes_source_that_assembles_to_the_image(call):
     call("asm", "back.tmc", "-o", "again.bin", "--no-append-stop")
     assert Path("again.bin").read_bytes() == Path("go.bin").read_bytes()
     assert "DATA 0," not in call("dis", "go.bin", "--end-mark")[1]
+
+
+def test_dis_takes_names_from_an_older_source(call):
+    call("asm", put("go.tmc", GOOD))
+    status, out, err = call("dis", "go.bin", "--like", "go.tmc")
+    assert (status, err) == (0, "")
+    assert out == GOOD.replace("500                     //", "500                     //")
+    assert call("dis", "go.bin", "--like", put("bad.tmc", "foo 1"))[0] == 1
+
+
+def test_foreign_commands_are_named(call):
+    put("go.bin", pack_binary([Instruction(37, 1, 2, 3), Instruction(28)]))
+    assert "//! DATA 37, 1, 2, 3" in call("dis", "go.bin")[1]
+    assert "// VECT of other firmware" in call("dis", "go.bin")[1]
+    call("dis", "go.bin", "-o", "back.tmc")
+    call("asm", "back.tmc", "-o", "again.bin")
+    assert Path("again.bin").read_bytes() == Path("go.bin").read_bytes()
 
 
 def test_dis_refuses_a_damaged_image_with_the_offset(call):

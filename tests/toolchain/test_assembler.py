@@ -58,7 +58,8 @@ def test_every_command_assembles_with_its_words_and_numbers(row):
 def test_commands_of_other_firmware_are_refused_by_name(name):
     (diagnostic,) = assemble(f"{name} 1").diagnostics
     assert diagnostic.code == "E202"
-    assert "other TMCL firmware" in diagnostic.text
+    assert "of other TMCL firmware" in diagnostic.text
+    assert "a TMCM-34x has " in diagnostic.text
 
 
 @pytest.mark.parametrize(
@@ -314,3 +315,19 @@ def test_the_name_of_an_include_file_may_stand_in_quotes(name):
     seen = []
     assemble(f"#include {name} // more", include=lambda file, _from: (seen.append(file), "")[1:] * 2)
     assert seen == ["a.inc"]
+
+
+def test_settings_exported_by_the_tmcl_ide_are_a_program():
+    text = (
+        "//=== module settings for axis 0 ===\r\n"
+        "SAP 4, 0, 1000\t// max. positioning speed [int]\r\nSAP 5, 0, 500\t// max. acceleration [int]\r\n"
+        "\r\n//=== module settings for axis 1 ===\r\nSAP 140, 1, 6\t// microstep resolution\r\n"
+    )
+    assembly = assemble(text, append_stop=True)
+    assert assembly.diagnostics == ()
+    assert [tuple(i) for i in assembly.program] == [
+        (5, 4, 0, 1000),
+        (5, 5, 0, 500),
+        (5, 140, 1, 6),
+        (28, 0, 0, 0),
+    ]

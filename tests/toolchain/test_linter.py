@@ -255,6 +255,16 @@ def test_entry_points_are_neither_unused_nor_unreached(text):
     assert codes(text) == []
 
 
+@pytest.mark.parametrize(
+    ("number", "owner"), [(15, "several phases"), (124, "closed-loop"), (174, "stallGuard2")]
+)
+def test_parameters_of_sister_modules_are_explained(number, owner):
+    (found,) = findings(f"SAP {number}, 0, 1\nSTOP")
+    assert found.code == "W305"
+    assert owner in found.text
+    assert "a TMCM-34x has" in found.text
+
+
 def test_one_entry_is_no_jump_table():
     assert codes("ROR 0, 1\nSTOP\nSpare: MST 0\nSTOP") == ["W401", "W101"]
     assert codes("JA Go\nMST 0\nGo: STOP") == ["W101"]

@@ -18,6 +18,7 @@ from typing import Final, Literal, NamedTuple
 from tmcm34x.tmcl.commands import BY_MNEMONIC, FOREIGN_COMMANDS, PROGRAM_SIZE
 from tmcm34x.tmcl.commands import Command as Row
 from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.toolchain import sisters
 from tmcm34x.toolchain.diagnostics import (
     Diagnostic,
     Edit,
@@ -491,7 +492,8 @@ class _Assembler:
         end = start + len(name)
         number = FOREIGN_COMMANDS.get(name)
         if number is not None:
-            text = f"{name} (command {number}) belongs to other TMCL firmware; a TMCM-34x does not have it"
+            owner, instead = sisters.COMMANDS[name]
+            text = f"{name} (command {number}) is of other TMCL firmware: {owner}; a TMCM-34x has {instead}"
             self.report("E202", start, end, text)
             return
         hint = "" if statement.operands else "; a label ends with ':'"

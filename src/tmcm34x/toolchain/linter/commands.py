@@ -18,7 +18,7 @@ from tmcm34x.tmcl.commands import (
     Operand,
 )
 from tmcm34x.tmcl.datagram import Instruction
-from tmcm34x.toolchain import parser
+from tmcm34x.toolchain import parser, sisters
 from tmcm34x.toolchain.assembler import Code
 from tmcm34x.toolchain.diagnostics import Edit, Fix
 from tmcm34x.toolchain.linter.findings import Findings, field_location, name_of
@@ -89,7 +89,9 @@ def _axis_parameter(found: Findings, code: Code, instruction: Instruction, opera
     place, name = field_location(code, operand.field), name_of(code)
     row = axis_parameters.BY_NUMBER.get(instruction.type)
     if row is None:
-        found.gather("W305", place, f"no axis parameter {instruction.type}")
+        foreign = sisters.axis_parameter(instruction.type)
+        hint = "" if foreign is None else f": it is of {foreign.owner}; a TMCM-34x has {foreign.instead}"
+        found.gather("W305", place, f"no axis parameter {instruction.type}{hint}")
     elif found.model not in row.models:
         found.gather("W302", place, f"a TMCM-{found.model} has no parameter {row.number} ({row.name})")
     elif name in _WRITES_PARAMETER and not row.writable:
