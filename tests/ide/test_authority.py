@@ -1,4 +1,4 @@
-"""Who moves what, and what ends it: none goes on turning when the window that turned it is gone."""
+"""The authority over motion: what starts a motion, what ends it, and how its motors come to rest."""
 
 from __future__ import annotations
 
@@ -47,11 +47,13 @@ def test_a_motor_stops_when_its_page_is_closed(tmp_path):
     _go(tmp_path, scenario)
 
 
-def test_a_motor_stops_when_its_page_says_nothing_more(tmp_path):
+def test_a_motor_stops_when_its_page_says_nothing_more(tmp_path, monkeypatch):
+    monkeypatch.setattr("tmcm34x.ide.motions.JOG_PATIENCE_S", 0.3)
+
     async def scenario(ide, page):
         await page.call(wire.Jog(0, 400))
-        await _turns(page, 0, 400)
-        await _turns(page, 0, 0)
+        await page.until(lambda: page.state["motor0"]["position"] > 0 and page.state["motor0"]["speed"] == 0)
+        assert ide.hub.authority.shape.motions == []
 
     _go(tmp_path, scenario)
 
@@ -159,7 +161,7 @@ def test_what_belongs_to_a_silent_window_comes_to_rest(tmp_path, monkeypatch):
     async def scenario(ide, page):
         async with ide.page() as other:
             await other.call(wire.Turn(1, 700))
-            assert "says nothing" in (await _ended(page, "turn")).text
+            assert "silent" in (await _ended(page, "turn")).text
             await _turns(page, 1, 0)
 
     _go(tmp_path, scenario)

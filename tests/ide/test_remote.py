@@ -276,6 +276,17 @@ def test_the_ascii_interface_has_a_way_back_and_stop_all_takes_it(tmp_path):
     _go(tmp_path, scenario)
 
 
+def test_the_module_is_asked_why_a_motor_does_not_turn(tmp_path):
+    async def scenario(bench, ide, page):
+        await page.execute("SAP 4, 1, 0")
+        await page.execute("MVP ABS, 1, 5000")
+        found = await page.call(wire.Why(1))
+        assert any("SAP 4, 1" in line for line in found["reasons"])
+        assert await page.refusal(wire.Why(3)) == "range"
+
+    _go(tmp_path, scenario)
+
+
 def test_a_lost_line_disarms(tmp_path):
     async def scenario(bench, ide, page):
         await page.call(wire.Turn(0, 300))

@@ -330,6 +330,12 @@ export interface MotionShape {
     window: number;
 }
 
+/** Why a motor does not turn, and values without which a reason may be missing. */
+export interface Reasons {
+    reasons: string[];
+    unknown: string[];
+}
+
 /** A diagnostic. */
 export interface Problem {
     place: Place;
@@ -544,6 +550,12 @@ export interface ReadMany {
     items: Watched[];
 }
 
+/** Why a motor does not turn: a line for each reason, the most likely first, and what the module did not say. Reads parameters over the line; nothing that acts. */
+export interface Why {
+    call: "why";
+    motor: number;
+}
+
 /** Stop the program and all motors, along their ramps, before anything queued; holds until `Release`. `Authority` tells which motors have not confirmed rest. */
 export interface StopAll {
     call: "stop_all";
@@ -689,7 +701,7 @@ export interface Ping {
     call: "ping";
 }
 
-export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
+export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
 
 /** The type of the answer's result, by call. */
 export interface Results {
@@ -707,6 +719,7 @@ export interface Results {
     execute_text: Exchange;
     send_ascii: string;
     read_many: (number | null)[];
+    why: Reasons;
     stop_all: null;
     release: null;
     arm: null;

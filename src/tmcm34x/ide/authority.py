@@ -300,7 +300,7 @@ class Authority:
             await asyncio.sleep(WATCH_S)
             now_s = asyncio.get_running_loop().time()
             silent = [m for m in self._motions.values() if now_s - m.last_word_s() > m.patience_s]
-            self.end(silent, "Its window says nothing any more.")
+            self.end(silent, "Its window was silent for too long.")
             if not self.real or self.quiet:
                 continue
             if not self._target.link.up:

@@ -48,7 +48,7 @@ class Hub:
         self.telegrams = telegrams
         self.authority = Authority(target, self.tell, self._program_stopped)
         self.debugger = Debugger(target, workspace.folder, permission(self.authority))
-        self._hand = sequences.Hand(target, self.tell)
+        self._executor = sequences.Executor(target, self.tell)
         self.pages: set[Page] = set()
         self.links: list[str] = []
         """Kind and address of each line on which other hosts reach a virtual module."""
@@ -156,7 +156,7 @@ class Hub:
             return await _METHODS[type(call)](self, page, call)
         if self.loading.busy:
             raise wire.RefusalError("busy", "A download is under way.")
-        return await begin(self.authority, self._hand, page, call)
+        return await begin(self.authority, self._executor, page, call)
 
     # Files
 
@@ -247,6 +247,13 @@ class Hub:
             return False
         await self._set_listing(answer.listing, assembly)
         return True
+
+    async def _why(self, page: Page, call: wire.Why) -> wire.Reasons:
+        from tmcm34x.ide.reasons import explain
+
+        if self.loading.busy:
+            raise wire.RefusalError("busy", "A download is under way.")
+        return await explain(self.target, call.motor)
 
     # Running
 

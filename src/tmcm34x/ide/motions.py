@@ -13,7 +13,7 @@ from tmcm34x.tmcl.commands import COORDINATES, MOTORS
 if TYPE_CHECKING:
     from tmcm34x.ide.authority import Authority
     from tmcm34x.ide.page import Page
-    from tmcm34x.ide.sequences import Hand
+    from tmcm34x.ide.sequences import Executor
 
 TOP_SPEED: Final = 2047
 JOG_PATIENCE_S: Final = 1.0
@@ -50,43 +50,43 @@ def _expect(motors: Sequence[int], *velocities: int) -> None:
         raise wire.RefusalError("range", f"Motors are 0..{MOTORS - 1}, velocities 0..{TOP_SPEED}.")
 
 
-async def _jog(authority: Authority, hand: Hand, page: Page, call: wire.Jog) -> None:
+async def _jog(authority: Authority, executor: Executor, page: Page, call: wire.Jog) -> None:
     _expect([call.motor], call.velocity)
     await authority.jog(page, call.motor, call.velocity)
 
 
-async def _zero(authority: Authority, hand: Hand, page: Page, call: wire.Zero) -> int:
+async def _zero(authority: Authority, executor: Executor, page: Page, call: wire.Zero) -> int:
     _expect([call.motor])
-    return authority.begin("zero", page, {call.motor}, sequences.zero(hand, call.motor))
+    return authority.begin("zero", page, {call.motor}, sequences.zero(executor, call.motor))
 
 
-async def _search(authority: Authority, hand: Hand, page: Page, call: wire.Search) -> int:
+async def _search(authority: Authority, executor: Executor, page: Page, call: wire.Search) -> int:
     _expect([call.motor])
-    return authority.begin("search", page, {call.motor}, sequences.search(hand, call.motor))
+    return authority.begin("search", page, {call.motor}, sequences.search(executor, call.motor))
 
 
-async def _go(authority: Authority, hand: Hand, page: Page, call: wire.Go) -> int:
+async def _go(authority: Authority, executor: Executor, page: Page, call: wire.Go) -> int:
     _expect(call.motors)
     if not call.motors or not 0 <= call.coordinate < COORDINATES:
         raise wire.RefusalError("range", f"Coordinates are 0..{COORDINATES - 1}, for one motor or more.")
-    return authority.begin("go", page, call.motors, sequences.go(hand, call.motors, call.coordinate))
+    return authority.begin("go", page, call.motors, sequences.go(executor, call.motors, call.coordinate))
 
 
-async def _turn(authority: Authority, hand: Hand, page: Page, call: wire.Turn) -> int:
+async def _turn(authority: Authority, executor: Executor, page: Page, call: wire.Turn) -> int:
     _expect([call.motor], call.velocity)
-    return authority.begin("turn", page, {call.motor}, sequences.turn(hand, call.motor, call.velocity))
+    return authority.begin("turn", page, {call.motor}, sequences.turn(executor, call.motor, call.velocity))
 
 
-async def _profile(authority: Authority, hand: Hand, page: Page, call: wire.Profile) -> int:
+async def _profile(authority: Authority, executor: Executor, page: Page, call: wire.Profile) -> int:
     _expect([call.motor], call.low, call.high)
     if not 0 <= call.low <= call.high or call.step < 1:
         raise wire.RefusalError("range", "A profile goes up, from the lower to the higher velocity.")
     velocities = range(call.low, call.high + 1, call.step)
-    return authority.begin("profile", page, {call.motor}, sequences.profile(hand, call.motor, velocities))
+    return authority.begin("profile", page, {call.motor}, sequences.profile(executor, call.motor, velocities))
 
 
-async def _keep(authority: Authority, hand: Hand, page: Page, call: wire.Keep) -> int:
-    return authority.begin(call.action, page, (), sequences.keep(hand, call.action, call.items))
+async def _keep(authority: Authority, executor: Executor, page: Page, call: wire.Keep) -> int:
+    return authority.begin(call.action, page, (), sequences.keep(executor, call.action, call.items))
 
 
 BEGIN: Final[Mapping[type[wire.Call], Callable[..., Awaitable[object]]]] = {

@@ -48,8 +48,8 @@ class Trouble(Exception):  # noqa: N818
     """A sequence cannot go on; says why."""
 
 
-class Hand:
-    """How sequences reach the module `target`; `tell` takes what pages should see."""
+class Executor:
+    """Executes the commands of sequences on the module `target`; `tell` takes what pages should see."""
 
     def __init__(self, target: Target, tell: Tell) -> None:
         self._target = target
@@ -87,69 +87,69 @@ class Hand:
             await asyncio.sleep(SETTLE_S / 10)
 
 
-async def zero(hand: Hand, motor: int) -> str:
+async def zero(executor: Executor, motor: int) -> str:
     """Stop the motor and call the place where it rests 0.
 
     The actual position is written first: while the motor is in velocity mode that moves nothing, and the target
     position is then where the motor is.
     """
-    await hand.send("MST", 0, motor)
-    while await hand.read("actual_speed", motor):
+    await executor.send("MST", 0, motor)
+    while await executor.read("actual_speed", motor):
         await asyncio.sleep(LOOK_S)
-    await hand.set("actual_position", motor, 0)
-    await hand.set("target_position", motor, 0)
+    await executor.set("actual_position", motor, 0)
+    await executor.set("target_position", motor, 0)
     return f"Motor {motor} calls this place 0."
 
 
-async def search(hand: Hand, motor: int) -> str:
+async def search(executor: Executor, motor: int) -> str:
     """The reference search of one motor, to its end."""
-    await hand.send("RFS", _RFS_START, motor)
-    while await hand.send("RFS", _RFS_STATUS, motor):
+    await executor.send("RFS", _RFS_START, motor)
+    while await executor.send("RFS", _RFS_STATUS, motor):
         await asyncio.sleep(LOOK_S)
     return f"The reference search of motor {motor} has ended."
 
 
-async def go(hand: Hand, motors: Sequence[int], coordinate: int) -> str:
+async def go(executor: Executor, motors: Sequence[int], coordinate: int) -> str:
     """Move motors to a stored coordinate."""
     mask = _MANY | sum(1 << motor for motor in motors)
-    await hand.send("MVP", _COORD, mask, coordinate)
+    await executor.send("MVP", _COORD, mask, coordinate)
     for motor in motors:
-        while not await hand.read("position_reached", motor):
+        while not await executor.read("position_reached", motor):
             await asyncio.sleep(LOOK_S)
     return f"At coordinate {coordinate}."
 
 
-async def turn(hand: Hand, motor: int, velocity: int) -> str:
+async def turn(executor: Executor, motor: int, velocity: int) -> str:
     """Turn a motor until it is told otherwise."""
-    await hand.send("ROR" if velocity >= 0 else "ROL", 0, motor, abs(velocity))
+    await executor.send("ROR" if velocity >= 0 else "ROL", 0, motor, abs(velocity))
     while True:
         await asyncio.sleep(1.0)
 
 
-async def profile(hand: Hand, motor: int, velocities: Iterable[int]) -> str:
+async def profile(executor: Executor, motor: int, velocities: Iterable[int]) -> str:
     """Measure the load at each velocity; a `ProfilePoint` for each."""
     for velocity in velocities:
-        await hand.send("ROR", 0, motor, velocity)
-        while await hand.read("actual_speed", motor) != velocity:
+        await executor.send("ROR", 0, motor, velocity)
+        while await executor.read("actual_speed", motor) != velocity:
             await asyncio.sleep(LOOK_S)
-        await hand.wait(SETTLE_S)
+        await executor.wait(SETTLE_S)
         loads: list[int] = []
         for _ in range(SAMPLES):
-            await hand.wait(SAMPLE_S)
-            loads.append(await hand.read("load_value", motor))
-        hand.tell(wire.ProfilePoint(motor, velocity, statistics.fmean(loads), statistics.pstdev(loads)))
+            await executor.wait(SAMPLE_S)
+            loads.append(await executor.read("load_value", motor))
+        executor.tell(wire.ProfilePoint(motor, velocity, statistics.fmean(loads), statistics.pstdev(loads)))
     return f"The load profile of motor {motor} is complete."
 
 
-async def keep(hand: Hand, action: wire.Keeping, items: Sequence[wire.Watched]) -> str:
+async def keep(executor: Executor, action: wire.Keeping, items: Sequence[wire.Watched]) -> str:
     """Store parameters in the EEPROM, or bring them back from it, one by one; says how far it came."""
     word = "stored in the EEPROM" if action == "store" else "restored from the EEPROM"
     title = "Storing" if action == "store" else "Restoring"
     for done, item in enumerate(items):
-        hand.tell(wire.Progress(title, done, len(items)))
+        executor.tell(wire.Progress(title, done, len(items)))
         axis = item.bank == AXIS_BANK
         try:
-            await hand.send(_KEYS[action, axis], item.number, item.motor if axis else item.bank)
+            await executor.send(_KEYS[action, axis], item.number, item.motor if axis else item.bank)
         except Trouble as trouble:
             raise Trouble(
                 f"{done} of {len(items)} values are {word}, the others are not: {trouble}"

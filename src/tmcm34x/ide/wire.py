@@ -278,6 +278,13 @@ class MotionShape(Shape):
     """Number of the window that it belongs to."""
 
 
+class Reasons(Shape):
+    """Why a motor does not turn, and values without which a reason may be missing."""
+
+    reasons: list[str]
+    unknown: list[str]
+
+
 class Problem(Shape):
     """A diagnostic."""
 
@@ -508,6 +515,16 @@ class Adopt(Call, tag="adopt"):
     returns: ClassVar[Any] = bool
 
 
+class Why(Call, tag="why"):
+    """Why a motor does not turn: a line for each reason, the most likely first, and what the module did not say.
+
+    Reads parameters over the line; nothing that acts.
+    """
+
+    motor: int
+    returns: ClassVar[Any] = Reasons
+
+
 class ControlProgram(Call, tag="control_program"):
     """Run from the start, stop, or reset, as a host does; everything finer is the debugger's."""
 
@@ -711,7 +728,7 @@ class Ping(Call, tag="ping"):
 
 AnyCall = (
     ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile
-    | Assemble | Download | Upload | Adopt | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany
+    | Assemble | Download | Upload | Adopt | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why
     | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog
     | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom
     | ExportSettings | ImportSettings | Ping

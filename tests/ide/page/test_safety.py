@@ -443,3 +443,14 @@ def test_a_keeper_reads_an_old_module_out_and_restores_it_to_a_spare(
         assert old_module.execute(parse_instruction("GAP 4, 0")).value == 612
         old_module.execute(parse_instruction("SAP 2, 1, 0"))
         expect(page.locator(".axis.motor1 .state")).to_have_text("stopped")
+
+
+def test_the_card_of_a_motor_that_stands_says_why(stage: Stage):
+    page, _, ask, _ = stage
+    ask("SAP 4, 2, 0")
+    ask("MVP ABS, 2, 5000")
+    expect(page.locator(".axis.motor2 .state")).to_have_text("stands, target 5\u2009000")
+    page.locator(".axis.motor2").get_by_role("button", name="why?").click()
+    expect(page.get_by_role("dialog")).to_contain_text("SAP 4, 2")
+    page.get_by_role("dialog").get_by_role("button", name="Close").click()
+    expect(page.get_by_role("dialog")).to_have_count(0)

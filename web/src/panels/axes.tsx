@@ -3,8 +3,9 @@ import { useComputed, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { MOTOR_FLAGS, type AxisWorld, type Cam as CamPlace } from "../wire";
 import {
-    age, ask, connection, figures, flag, motorKnown, motors, online, powered, send, stale, tables, welcome, world,
+    age, ask, connection, figures, flag, motorKnown, motors, online, powered, reachable, send, stale, tables, welcome, world,
 } from "../logic/app";
+import { choose } from "../logic/confirm";
 import { remembered } from "../logic/settings";
 import { grouped, rate, rpm, short, type Scale } from "../logic/units";
 import { Dial } from "../widgets/dial";
@@ -248,6 +249,7 @@ function Axis({ motor }: { motor: number }) {
             <header>
                 <span class="name">Motor {motor}</span>
                 <span class={`state ${tone}`}>{state}</span>
+                {still.value && <button class="link" disabled={!reachable.value} title="Ask the module why this motor does not turn" onClick={() => void askWhy(motor)}>why?</button>}
                 <select class="stride" aria-label={`Step of the arrows of motor ${motor}`} title="What a press of an arrow does" value={strides.value[motor]}
                     onChange={(event) => (strides.value = strides.value.with(motor, event.currentTarget.value as Stride))}>
                     {stridesOf(motor).map(([stride, title]) => <option key={stride} value={stride} selected={stride === strides.value[motor]}>{title}</option>)}</select>
@@ -296,6 +298,14 @@ function Axis({ motor }: { motor: number }) {
             </footer>
         </section>
     );
+}
+
+/** Ask the module for what keeps a motor still, and show it. */
+async function askWhy(motor: number): Promise<void> {
+    const found = await ask({ call: "why", motor });
+    if (!found) return;
+    const lines = [...found.reasons, ...found.unknown.map((text) => `Not known: ${text}`)];
+    await choose(`Why motor ${motor} does not turn`, lines.length ? lines.join("\n\n") : "Nothing keeps it: it has not been told to move, or it turns.", []);
 }
 
 function endSearch(motor: number): Promise<unknown> {

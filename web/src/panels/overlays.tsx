@@ -100,7 +100,7 @@ export function Confirmation() {
     return (
         <Modal class="confirmation" label={asked.title} onClose={() => asked.settle(null)}>
             <h2>{asked.title}</h2><p>{asked.text}</p>
-            <div class="row"><span class="gap" /><button onClick={() => asked.settle(null)}>Cancel</button>
+            <div class="row"><span class="gap" /><button onClick={() => asked.settle(null)}>{asked.answers.length ? "Cancel" : "Close"}</button>
                 {asked.answers.map((answer) => <button key={answer.id} class={answer.tone} onClick={() => asked.settle(answer.id)}>{answer.title}</button>)}</div>
         </Modal>
     );
@@ -135,6 +135,6 @@ export function Banner() {
     if (!welcome.value?.ability.bench || !told.value) return null;
     const repair = (what: "power" | "line", title: string) => <button onClick={() => ask({ call: "set_bench", what, index: 0, value: 1 })}>{title}</button>;
     if (!powered.value) return <div class="banner" role="status"><Icon name="power" /> The module has no power. {repair("power", "Switch it on")}</div>;
-    if (!plugged.value) return <div class="banner" role="status"><Icon name="plug" /> The line is unplugged: the module goes on, and hears nothing. {repair("line", "Plug it in")}</div>;
+    if (!plugged.value) return <div class="banner" role="status"><Icon name="plug" /> The line is unplugged: the module goes on and receives nothing. {repair("line", "Plug it in")}</div>;
     return null;
 }

@@ -23,7 +23,7 @@ export function Firmware() {
         <div class="tool-body columns">
             <section class="card"><h3>Firmware</h3>
                 <dl><div><dt>module</dt><dd>{model.known ? model.name : "unknown"}</dd></div><div><dt>version</dt><dd>{model.known ? model.version : "unknown"}</dd></div>
-                    <div><dt>as the module tells it</dt><dd>{value === null ? "no answer" : `${value >> 16} V${(value >> 8) & 255}.${value & 255}`}</dd></div>
+                    <div><dt>as the module reports</dt><dd>{value === null ? "no answer" : `${value >> 16} V${(value >> 8) & 255}.${value & 255}`}</dd></div>
                     <div><dt>where</dt><dd>{welcome.value!.source}: {link.value.place}</dd></div>
                     <div><dt>largest current</dt><dd>{!model.known ? "unknown" : model.max_current_ma ? `${model.max_current_ma} mA` : "set at the driver"}</dd></div>
                     <div><dt>IDE</dt><dd>{welcome.value!.product}</dd></div></dl></section>
