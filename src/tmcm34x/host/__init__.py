@@ -5,8 +5,8 @@
     with connect("serial:/dev/ttyUSB0?baud=9600&address=1", stop_on_error=True) as module:
         module.axes[0].move_to(51_200, wait=True)
 
-Read in this order: `exceptions`, `reading`, `protocol`, `steps`, `url`, `line`, `connection`, `aio`, then what is
-done: `motion`, `program`, `module`.
+Read in this order: `exceptions`, `reading`, `answer`, `protocol`, `steps`, `url`, `line`, `connection`, `aio`, then
+what is done: `motion`, `program`, `module`, `items`, `settings`, `backup`, `restore`, `why`, `monitor`, `scan`.
 """
 
 from __future__ import annotations

@@ -16,9 +16,9 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Self, TypeVar
 
+from tmcm34x.host.answer import Answer
 from tmcm34x.host.connection import Connection
 from tmcm34x.host.line import open_line
-from tmcm34x.host.protocol import Answer
 from tmcm34x.host.steps import Pause, Step, Steps, Work
 from tmcm34x.host.url import parse_url
 from tmcm34x.tmcl.datagram import Instruction

@@ -10,8 +10,9 @@ from collections.abc import Callable, Sequence
 from threading import RLock
 from typing import Final, Self, TypeVar
 
+from tmcm34x.host.answer import Answer
 from tmcm34x.host.line import Line, open_line
-from tmcm34x.host.protocol import QUIET_S, Answer, Conversation, Counts
+from tmcm34x.host.protocol import QUIET_S, Conversation, Counts
 from tmcm34x.host.steps import READ_MEMORY, VERSION, Clock, Follow, Pause, Step, Steps, Work, check
 from tmcm34x.host.url import parse_url
 from tmcm34x.tmcl.datagram import SIZE, Instruction, Reply, pack_request

@@ -18,92 +18,36 @@ Source: manual 6.1, 6.2, 6.7.34, 6.7.36; the form of 134's reply: fidelity FW-82
 
 from __future__ import annotations
 
-import re
 from collections import deque
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
+from tmcm34x.host.answer import (
+    ADDRESS_CHANGE,
+    DAMAGED,
+    GET_STATUS,
+    GIO,
+    OWN_FORMS,
+    PLAIN,
+    READ_MEMORY,
+    REFUSALS,
+    VERSION,
+    VERSION_TEXT,
+    WRONG_CHECKSUM,
+    Answer,
+    decode,
+    is_event,
+    is_whole,
+    normal,
+    repeatable,
+    stopping,
+)
 from tmcm34x.host.exceptions import GarbledReplyError, LateReplyError, NoReplyError, ReplyError
-from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS, RFS_TYPES
 from tmcm34x.tmcl.datagram import SIZE, Instruction, Reply, pack_request, unpack_reply
-from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_KEYS
-from tmcm34x.tmcl.numbers import CONTROL
-from tmcm34x.tmcl.status import STATUS_TEXTS, Status
+from tmcm34x.tmcl.status import STATUS_TEXTS
 
 QUIET_S: Final = 0.1
 """After bytes that are no reply: how long to wait for more before something that only reads is sent again."""
-
-_GAP, _GGP, _GIO, _GCO, _RFS, _SGP = (
-    BY_MNEMONIC[name].number for name in ("GAP", "GGP", "GIO", "GCO", "RFS", "SGP")
-)
-_QUIT_DOWNLOAD: Final = CONTROL.QUIT_DOWNLOAD
-READ_MEMORY: Final = CONTROL.READ_PROGRAM_MEMORY
-_GET_STATUS: Final = CONTROL.GET_APPLICATION_STATUS
-VERSION: Final = CONTROL.GET_FIRMWARE_VERSION
-_EVENT: Final = bytes((Status.POSITION_REACHED, 138))
-_VERSION_TEXT: Final = re.compile(rb"[0-9]{3,4}[VB][0-9.]{3,4}\Z")
-_OK: Final = int(Status.OK)
-_WRONG_CHECKSUM: Final = int(Status.WRONG_CHECKSUM)
-_ADDRESS_CHANGE: Final = (_SGP, GLOBAL_KEYS["serial_address"].number, 0)
-_RANDOM: Final = (_GGP, GLOBAL_KEYS["random_number"].number, 0)
-_RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
-_RFS_STOP: Final = dict(RFS_TYPES)["STOP"]
-_MST: Final = BY_MNEMONIC["MST"].number
-_STOP_PROGRAM: Final = CONTROL.STOP_APPLICATION
-_RESET_PROGRAM: Final = CONTROL.RESET_APPLICATION
-_ALWAYS: Final = frozenset({_GAP, _GIO, READ_MEMORY, _GET_STATUS, VERSION, _QUIT_DOWNLOAD})
-
-
-def repeatable(instruction: Instruction) -> bool:
-    """Whether a command may be sent again when it is not known whether it was executed.
-
-    Those that only read, and 133, which leaves download mode however often it comes.
-    """
-    number, type_, motor, _ = instruction
-    if number in _ALWAYS:
-        return True
-    if number == _GGP:
-        return (number, type_, motor) != _RANDOM
-    return (number == _GCO and motor < MOTORS) or (number == _RFS and type_ == _RFS_STATUS)
-
-
-def stopping(instruction: Instruction) -> bool:
-    """Whether a command stops something: it goes out at once, and the reply to an earlier one like it is as good."""
-    number, type_ = instruction[:2]
-    return number in {_MST, _STOP_PROGRAM, _RESET_PROGRAM, _QUIT_DOWNLOAD} or (
-        number == _RFS and type_ == _RFS_STOP
-    )
-
-
-class Answer(NamedTuple):
-    """What a module answered.
-
-    stored: the instruction that 134 reads
-    text: what 136 tells, type and version
-    telegram: the bytes as they came
-    """
-
-    status: int
-    value: int
-    telegram: bytes
-    stored: Instruction | None = None
-    text: str = ""
-
-    @property
-    def reply(self) -> Reply:
-        """All fields of a reply in the normal form."""
-        return unpack_reply(self.telegram)
-
-
-def decode(instruction: Instruction, telegram: bytes) -> Answer:
-    """The answer in the nine bytes that answered a command, where it is known that they did."""
-    number, type_ = instruction[:2]
-    if number == VERSION and type_ == 0 and _VERSION_TEXT.match(telegram[1:]):
-        return Answer(_OK, 0, telegram, text=telegram[1:].decode("ascii"))
-    if number == READ_MEMORY and telegram[3] != READ_MEMORY:
-        stored = Instruction(telegram[1], telegram[2], telegram[3], _value(telegram))
-        return Answer(_OK, stored.value, telegram, stored=stored)
-    return Answer(telegram[2], _value(telegram), telegram)
 
 
 class _Sent(NamedTuple):
@@ -187,7 +131,7 @@ class Conversation:
         self._origin = 0
         self._instruction, self._telegram = instruction, pack_request(address, instruction)
         self._addresses = (
-            (address, instruction.value & 0xFF) if instruction[:3] == _ADDRESS_CHANGE else (address,)
+            (address, instruction.value & 0xFF) if instruction[:3] == ADDRESS_CHANGE else (address,)
         )
         self._left, self._late, self._foreign = self.retries if retries is None else retries, False, False
         same = repeatable(instruction) or stopping(instruction)
@@ -203,8 +147,8 @@ class Conversation:
             and data[3] == instruction[0]
             and data[1] == address
             and sum(data[:8]) & 0xFF == data[8]
-            and data[2] in _PLAIN
-            and instruction[0] not in _OWN_FORMS
+            and data[2] in PLAIN
+            and instruction[0] not in OWN_FORMS
         ):
             self.counts.sent += 1
             self._host_address = data[0]
@@ -248,7 +192,7 @@ class Conversation:
             if self._probe:
                 self._owed.append(_Sent(self._request, self._probe[1]))
                 return self._probe
-            if self._instruction.number in _OWN_FORMS:
+            if self._instruction.number in OWN_FORMS:
                 self._origin = len(self._buffer)
                 self._start = self._origin
             return self._send()
@@ -267,14 +211,14 @@ class Conversation:
         if own is not None:
             self._skip()
             return self._damaged(window) if self._is_doubtful(window) else self._answered(own)
-        if not _whole(window):
+        if not is_whole(window):
             self._start += 1
             return None
-        if _is_event(window):
+        if is_event(window):
             self._take_event(window)
         elif window[1] not in self._addresses or window[2] not in STATUS_TEXTS:
             self._start += 1
-        elif window[2] == _WRONG_CHECKSUM or self._is_ours(window[3]):
+        elif window[2] == WRONG_CHECKSUM or self._is_ours(window[3]):
             return self._take_reply(window)
         else:
             self._take_other(window)
@@ -288,9 +232,9 @@ class Conversation:
     def _take_reply(self, window: bytes) -> Answer | bytes | None:
         self._skip()
         self._host_address = window[0]
-        if window[2] == _WRONG_CHECKSUM:
+        if window[2] == WRONG_CHECKSUM:
             return self._damaged(window)
-        return self._answered(_answer(window))
+        return self._answered(normal(window))
 
     def _damaged(self, window: bytes) -> Answer | bytes | None:
         """The module says that a telegram arrived damaged: the first that is not answered."""
@@ -298,7 +242,7 @@ class Conversation:
             self._owed.popleft()
             self.counts.late += 1
             return None
-        answer = self._answered(_answer(window))
+        answer = self._answered(normal(window))
         if not self._left:
             return answer
         self._left -= 1
@@ -333,13 +277,13 @@ class Conversation:
     def _own_form(self, window: bytes) -> Answer | None:
         """The answer to 134 or 136, which have neither status nor command in them."""
         number, type_ = self._instruction[:2]
-        if number == VERSION and type_ == 0 and _VERSION_TEXT.match(window[1:]):
+        if number == VERSION and type_ == 0 and VERSION_TEXT.match(window[1:]):
             return decode(self._instruction, window)
         return self._stored(window) if number == READ_MEMORY else None
 
     def _stored(self, window: bytes) -> Answer | None:
         """The answer to 134: only its place tells it from noise, the first bytes after whole telegrams."""
-        if self._start != self._origin or not _whole(window) or self._is_refusal(window):
+        if self._start != self._origin or not is_whole(window) or self._is_refusal(window):
             return None
         if self._host_address not in {None, window[0]}:
             return None
@@ -350,11 +294,11 @@ class Conversation:
 
         On the module with address 6 the stored command GAP 1, 0 looks like that.
         """
-        return self._left > 0 and window[1] in self._addresses and window[2:8] == _DAMAGED
+        return self._left > 0 and window[1] in self._addresses and window[2:8] == DAMAGED
 
     def _is_refusal(self, window: bytes) -> bool:
         """Whether an answer to 134 has the normal form: then the module has not read anything."""
-        return window[1] in self._addresses and window[3] == READ_MEMORY and window[2] in _REFUSALS
+        return window[1] in self._addresses and window[3] == READ_MEMORY and window[2] in REFUSALS
 
     def _answered(self, answer: Answer) -> Answer:
         """The reply belongs to the first telegram of this request; what was sent before it has lost its reply."""
@@ -368,23 +312,23 @@ class Conversation:
 
     def _ambiguous(self, number: int) -> bool:
         """Whether a late reply could be taken for the answer to command `number`."""
-        if number in _OWN_FORMS:
+        if number in OWN_FORMS:
             return any(sent.request != self._request for sent in self._owed)
         return any(sent.number == number and sent.request != self._request for sent in self._owed)
 
     def _begin_probe(self, address: int) -> bytes:
-        number = VERSION if all(sent.number != VERSION for sent in self._owed) else _GET_STATUS
+        number = VERSION if all(sent.number != VERSION for sent in self._owed) else GET_STATUS
         if any(sent.number == number for sent in self._owed):
-            number = _GIO
+            number = GIO
         self._probe = pack_request(address, Instruction(number, int(number == VERSION)))
         self._owed.append(_Sent(self._request, number))
         self.counts.sent += 1
         return self._probe
 
     def _take_probe(self, window: bytes) -> bytes | None:
-        if not _whole(window) or window[1] not in self._addresses:
+        if not is_whole(window) or window[1] not in self._addresses:
             self._start += 1
-        elif _is_event(window):
+        elif is_event(window):
             self._take_event(window)
         elif window[3] == self._probe[1]:
             self._skip()
@@ -436,12 +380,12 @@ class Conversation:
         start = 0
         while start + SIZE <= len(data):
             window = data[start : start + SIZE]
-            if not _whole(window):
+            if not is_whole(window):
                 start += 1
                 continue
             start += SIZE
             self._heard(window)
-            if _is_event(window):
+            if is_event(window):
                 self.counts.events += 1
                 self.events.append(unpack_reply(window))
             else:
@@ -454,30 +398,3 @@ class Conversation:
                     self._owed.popleft()
                 self.counts.late += 1
                 return
-
-
-_OWN_FORMS: Final = frozenset({READ_MEMORY, VERSION})
-_DAMAGED: Final = bytes((Status.WRONG_CHECKSUM, 0, 0, 0, 0, 0))
-"""Status, command and value of a module's report that a telegram arrived damaged (manual 6.2)."""
-_PLAIN: Final = frozenset(STATUS_TEXTS) - {Status.WRONG_CHECKSUM, Status.POSITION_REACHED}
-"""Statuses of replies that need no second thought."""
-_REFUSALS: Final = frozenset({
-    Status.NOT_AVAILABLE, Status.INVALID_VALUE, Status.LOADED, Status.INVALID_COMMAND, Status.WRONG_TYPE,
-})  # fmt: skip
-
-
-def _whole(window: bytes) -> bool:
-    return sum(window[:-1]) & 0xFF == window[-1]
-
-
-def _is_event(window: bytes) -> bool:
-    return window[2:4] == _EVENT and _whole(window)
-
-
-def _value(window: bytes) -> int:
-    return int.from_bytes(window[4:8], "big", signed=True)
-
-
-def _answer(window: bytes) -> Answer:
-    """A reply in the normal form."""
-    return Answer(window[2], _value(window), window)

@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from typing import Any, Final, Generic, NamedTuple, TypeVar, cast
 
+from tmcm34x.host.answer import Answer
 from tmcm34x.host.exceptions import DownloadModeError, RefusedError, ReplyError
-from tmcm34x.host.protocol import Answer
 from tmcm34x.host.reading import Reading, Refused, Silent, Value
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOVE_TYPES, RFS_TYPES
 from tmcm34x.tmcl.datagram import Instruction

@@ -6,8 +6,8 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from typing import TypeVar
 
+from tmcm34x.host.answer import Answer, decode
 from tmcm34x.host.exceptions import NoReplyError
-from tmcm34x.host.protocol import Answer, decode
 from tmcm34x.host.steps import Clock, Pause, Step, Steps, Work
 from tmcm34x.ide import wire
 from tmcm34x.tmcl.datagram import Instruction

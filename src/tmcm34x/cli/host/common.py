@@ -6,7 +6,6 @@ import contextlib
 import json
 import os
 import sys
-import tempfile
 from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -123,6 +122,8 @@ def print_json(value: Any) -> None:
 
 def save(path: Path, text: str) -> None:
     """Write a file, whole or not at all: a full disk leaves the old one as it was.  Raises `CliError`."""
+    import tempfile
+
     temporary = ""
     try:
         descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
@@ -134,7 +135,8 @@ def save(path: Path, text: str) -> None:
         Path(temporary).replace(path)
     except OSError as error:
         with contextlib.suppress(OSError):
-            Path(temporary or os.devnull).unlink(missing_ok=True) if temporary else None
+            if temporary:
+                Path(temporary).unlink(missing_ok=True)
         raise CliError(f"{path}: {error.strerror}; nothing is saved") from error
 
 
