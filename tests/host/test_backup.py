@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from host_rigs import PROGRAM, connected, faulty, module_of
 from tmcm34x.bench import simple_rig
-from tmcm34x.host import FileError, LinkError, Module, NoReplyError, backup, restore
+from tmcm34x.host import Connection, FileError, LinkError, Module, NoReplyError, backup, restore
 from tmcm34x.host.program import download
 from tmcm34x.host.reading import Absent, Value
 from tmcm34x.tmcl.datagram import Instruction
@@ -214,11 +214,52 @@ def test_a_line_that_is_cut_ends_a_backup(served_tcp):
         connection.run(backup.read(progress=cut))
 
 
+def test_a_line_that_is_cut_in_a_restore_or_a_download_is_said(original, serve):
+    wanted = original.run(backup.read())
+    for operation in ("restore", "download"):
+        served = serve("--tcp", 0)
+        with Connection.open(served.tcp) as connection:
+            present = connection.run(backup.read(stored=False))
+            count = 0
+
+            def cut(*_):
+                nonlocal count
+                count += 1
+                if count == 20:
+                    served.stop()  # noqa: B023
+
+            with pytest.raises(LinkError):
+                if operation == "restore":
+                    connection.run(restore.restore(wanted, present, progress=cut))
+                else:
+                    connection.run(download(PROGRAM, progress=cut))
+
+
+def test_a_module_that_restarts_in_a_restore_is_not_called_equal(original):
+    """What was only in use is gone: reading back finds it."""
+    wanted = original.run(backup.read())
+    spare = connected()
+    count = 0
+
+    def restart(*_):
+        nonlocal count
+        count += 1
+        if count == 120:
+            module_of(spare).power_off()
+            module_of(spare).power_on()
+
+    present = spare.run(backup.read())
+    spare.run(restore.restore(wanted, present, ("serial_address", "baud_rate"), restart))
+    paths = {
+        row.path for row in restore.unequal(wanted, spare.run(backup.read()), ("serial_address", "baud_rate"))
+    }
+    assert "axis.0.max_speed" in paths
+    assert "axis.0.max_speed, stored" not in paths
+
+
 @pytest.fixture
 def served_tcp(serve):
     """A connection to a served module, and how to end it."""
-    from tmcm34x.host import Connection
-
     served = serve("--tcp", 0)
     with Connection.open(served.tcp) as connection:
         yield connection, served.stop
