@@ -217,7 +217,7 @@ class Tcp(ServedSerial):
 
 
 class Slcan(Terminal, Served):
-    """An SLCAN adapter on a pseudo terminal; its answers tell when all has arrived."""
+    """An SLCAN adapter on a pseudo terminal; what it answers to a further line comes after all frames."""
 
     kind = "can"
 
@@ -244,16 +244,12 @@ class Slcan(Terminal, Served):
         return self.answers.pop()
 
     def send_frame(self, identifier: int, data: bytes) -> None:
-        """Send a frame."""
+        """Send a frame; its acknowledgement comes before the module's reply."""
         assert self.command(b"t%03X%d%s" % (identifier, len(data), data.hex().encode())) == b"z"
 
-    def advance(self, clocks: int) -> None:
-        """Let simulated time pass; an answer of the adapter comes after all frames."""
-        super().advance(clocks)
-        self.command(b"V")
-
     def settle(self) -> None:
-        """All has come: the adapter has answered our last line."""
+        """Wait for all that is on its way: the answer to a further line comes after it."""
+        self.command(b"V")
 
     def take(self, data: bytes) -> None:
         """Characters have come."""
