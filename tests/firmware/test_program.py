@@ -353,6 +353,59 @@ def test_a_program_that_only_polls_has_hardly_any_events(source: str) -> None:
     assert module.program.executed == 20_000
 
 
+JOYSTICK = "Start: GIO 0, 1 \n CALC MUL, 4 \n AAP 0, 0 \n JA Start"
+STICK = "SAP 153, 0, 4 \n ROR 0, 0 \n Start: GIO 0, 1 \n CALC MUL, 2 \n AAP 2, 0 \n JA Start"
+
+
+@pytest.mark.parametrize("source", [JOYSTICK, STICK, "L: MVP ABS, 1, 500 \n MST 0 \n ROL 2, 0 \n JA L"])
+def test_a_program_that_writes_the_same_target_again_and_again_has_hardly_any_events(source: str) -> None:
+    module = started(source)
+    module.board.set_analog(0, 700)
+    run_ms(module, 30_000)
+    executed = module.program.executed
+    assert events(module, 1000) < 10
+    assert module.program.executed == executed + 10_000
+    module.board.set_analog(0, 20)
+    run_ms(module, 30_000)
+    position, speed = (direct(module, f"GAP {number}, 0")[1] for number in (1, 3))
+    assert (position, speed) == {JOYSTICK: (80, 0), STICK: (position, 40)}.get(source, (0, 0))
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    source=st.sampled_from([JOYSTICK, STICK]),
+    levels=st.lists(st.tuples(st.integers(1, 300 * CLOCKS), st.integers(0, 1023)), max_size=5),
+    step=st.integers(CLOCKS, 200 * CLOCKS),
+)
+def test_a_joystick_program_is_where_it_would_be_command_by_command(
+    source: str, levels: list[tuple[int, int]], step: int
+) -> None:
+    plain, sliced = started(source), started(source)
+    plain.program.hook(lambda _: False)
+    for module in (plain, sliced):
+        for pause, level in [*levels, (3000 * MS, 0)]:
+            until = module.now + pause
+            while module is sliced and module.now + step < until:
+                run_until(module, module.now + step)
+            run_until(module, until)
+            module.board.set_analog(0, level)
+    assert sliced.program.registers.contents() == plain.program.registers.contents()
+    assert sliced.board.currents == plain.board.currents
+    assert sliced.board.chips[0].position(0) == plain.board.chips[0].position(0)
+
+
+def test_a_target_written_again_and_again_lets_the_current_go_down() -> None:
+    module = started(JOYSTICK)
+    direct(module, "SAP 214, 0, 10")
+    run_ms(module, 1000)
+    before = module.board.currents[0]
+    module.board.set_analog(0, 100)
+    run_ms(module, 10)
+    assert module.board.currents[0] > before
+    run_ms(module, 3000)
+    assert module.board.currents[0] == before
+
+
 def test_a_polling_program_notices_an_input_at_once() -> None:
     module = started("Loop: GIO 2, 0 \n JC ZE, Loop \n SIO 7, 2, 1 \n STOP")
     run_ms(module, 1000)

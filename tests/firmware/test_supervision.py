@@ -70,9 +70,9 @@ def test_a_motor_with_standby_current_stays_where_it_is(moves, speed, accelerati
         before = position(module)
         assert not rests or rests[-1][0] == 128 or rests[-1][1] == before
         host.do(f"MVP ABS, 0, {target}")
-        assert current(module, 0) == 128
+        assert current(module, 0) == 128 or target == before
         host.wait_ms(pause_ms)
-    assert rests[-1] == (8, position(module))
+    assert not rests or rests[-1] == (8, position(module))
 
 
 def position(module):
@@ -118,13 +118,11 @@ def test_a_shorter_delay_counts_from_the_beginning_of_rest():
     assert current(module, 0) == 8
 
 
-def test_a_command_that_moves_nothing_ends_in_standby_again():
+def test_a_command_that_moves_nothing_leaves_the_current_in_standby():
     module = switched_on()
     host = Host(module)
     for line in ("MVP ABS, 0, 0", "MST 1", "ROR 2, 0"):
         host.do(line)
-    assert module.board.currents == [128] * 3
-    host.wait_ms(2100)
     assert module.board.currents == [8] * 3
     assert module.next_event() == NEVER
 

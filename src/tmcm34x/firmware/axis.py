@@ -11,7 +11,7 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from tmcm34x.chips.ramp import brake_factor
+from tmcm34x.chips.ramp import VELOCITY, brake_factor
 from tmcm34x.chips.registers import FIELDS, READ, at_target, left_switch
 from tmcm34x.clock import NEVER
 from tmcm34x.tmcl.numbers import AP
@@ -195,6 +195,14 @@ class Axis:
         if self.read(V_ACTUAL) or self.read(V_TARGET):
             return False
         return self.open or self.at_target or not self.read(A_ACTUAL)
+
+    @property
+    def steady(self) -> bool:
+        """Whether the motor goes on as it does now: at rest at its target, or in velocity mode at its target speed."""
+        speed = self.read(V_ACTUAL)
+        if self.read(RAMP_MODE) == VELOCITY:
+            return speed == self.read(V_TARGET)
+        return not speed and self.at_target
 
     def set_acceleration(self, acceleration: int) -> None:
         """Write A_MAX and the braking factors that belong to it and to the divisors.

@@ -53,13 +53,18 @@ def reschedule(core: ModuleState) -> None:
 
 
 def started(core: ModuleState, axis: Axis) -> None:
-    """A command may have set a motor in motion: full current, and a look as soon as it must be under way."""
+    """A command may have set a motor in motion: full current, and a look as soon as it must be under way.
+
+    A command that leaves the motor as it is starts nothing (fidelity FW-41).
+    """
+    core.touched = True
+    if axis.steady:
+        return
     if not axis.moving:
         begin(core, axis)
     axis.grace = grace = under_way(core, axis)
     core.look_due = min(core.look_due, grace)
     reschedule(core)
-    core.touched = True
 
 
 def freed(core: ModuleState, axis: Axis) -> None:

@@ -261,7 +261,7 @@ class Execution:
             self._halt()
         elif instruction.number in PROGRAM_ONLY:
             self._refuse(address, misuse(instruction), now)
-        elif not guarded and self._polling.repeats(instruction, now):
+        elif not guarded and self._polling.repeats(instruction, self.registers.accumulator, now):
             self._poll(instruction, address, now)
         else:
             self._polling.forget(now)

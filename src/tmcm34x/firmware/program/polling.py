@@ -1,28 +1,32 @@
 """Loops in which a program asks again and again for what cannot change yet.
 
-A command *repeats* when, done again before anybody else does anything, it has no effect and reads the same value.
-When a program comes back to the very state it had at such a command, with nothing but such commands on the way, it
-goes round in a circle until somebody else acts, or until an input is known to change: nobody needs to run it.
+A command *repeats* when, executed again before anything else happens, it has no effect and reads the same value: one
+that reads what cannot change yet, or one that writes a target which the motor has already.  When a program comes back
+to the very state it had at such a command, with nothing but such commands on the way, it goes round in a circle until
+something else happens, or until an input is known to change: it need not be run.
 
 All this saves work and changes no result: whatever is not certainly repeated is executed.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from tmcm34x.board.board import INPUTS
+from tmcm34x.chips.ramp import RAMP, VELOCITY
 from tmcm34x.clock import NEVER
-from tmcm34x.firmware.axis import A_ACTUAL, V_ACTUAL, V_TARGET
+from tmcm34x.firmware.axis import A_ACTUAL, RAMP_MODE, V_ACTUAL, V_TARGET, X_TARGET
 from tmcm34x.firmware.io import ANALOG_INPUTS, DIGITAL_INPUTS
 from tmcm34x.firmware.program.registers import Contents
 from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS, BY_KEY
-from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS, RFS_TYPES
+from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS, MOVE_TYPES, RFS_TYPES
 from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS
 from tmcm34x.tmcl.numbers import AP
 
 if TYPE_CHECKING:
     from tmcm34x.clock import Value
+    from tmcm34x.firmware.axis import Axis
     from tmcm34x.firmware.state import ModuleState
     from tmcm34x.tmcl.datagram import Instruction
 
@@ -32,6 +36,16 @@ RAMP_TICK: Final = 32
 _GAP, _GGP, _GIO, _GCO, _SIO, _RFS = (
     BY_MNEMONIC[name].number for name in ("GAP", "GGP", "GIO", "GCO", "SIO", "RFS")
 )
+_SAP, _AAP, _MVP, _ROR, _ROL, _MST = (
+    BY_MNEMONIC[name].number for name in ("SAP", "AAP", "MVP", "ROR", "ROL", "MST")
+)
+_ABS: Final = dict(MOVE_TYPES)["ABS"]
+_TARGETS: Final = {int(AP.TARGET_POSITION): X_TARGET, int(AP.TARGET_SPEED): V_TARGET}
+"""Registers that a program may write again and again, by axis parameter."""
+_WRITTEN: Final[dict[int, Callable[[int], int]]] = {
+    _SAP: int, _AAP: int, _MVP: int, _ROR: int, _ROL: int.__neg__, _MST: lambda _value: 0,
+}  # fmt: skip
+"""What a command writes into the register of the target, from its value."""
 _RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
 _SETTINGS: Final = frozenset(
     row.number for row in AXIS_PARAMETERS if row.stored or row.key in {
@@ -150,9 +164,12 @@ class Polling:
             self._anchor = Anchor(*facts)
             self._anchor.until, self._anchor.values = until, list(values)
 
-    def repeats(self, instruction: Instruction, now: int) -> bool:
+    def repeats(self, instruction: Instruction, accumulator: int, now: int) -> bool:
         """Whether the command has no effect and the same result when repeated before the board's next event."""
-        number, type_, motor, _ = instruction
+        number, type_, motor, value = instruction
+        if number in _WRITTEN:
+            written = accumulator if number == _AAP else _WRITTEN[number](value)
+            return motor < MOTORS and self._written(number, type_, motor, written)
         if number == _GAP:
             return type_ in _SETTINGS or (motor < MOTORS and self._steady(type_, motor, now))
         if number == _GGP:
@@ -163,13 +180,30 @@ class Polling:
             return motor != ANALOG_INPUTS or (type_ < INPUTS and self._module.board.steady(type_))
         return number in {_GCO, _SIO}
 
-    def _steady(self, parameter: int, motor: int, now: int) -> bool:
-        """Whether a parameter that follows the motion keeps its value until the chip's next event.
-
-        The chip takes up what was written with its next ramp tick.
-        """
+    def _written(self, number: int, type_: int, motor: int, value: int) -> bool:
+        """Whether a command sets a target that the motor has, and that it goes on with as it does."""
         axis = self._module.axes[motor]
-        if now - self._disturbed <= RAMP_TICK << axis.values[AP.RAMP_DIVISOR]:
+        if axis.search or not axis.steady:
+            return False
+        turning = axis.read(RAMP_MODE) == VELOCITY
+        if number in {_SAP, _AAP}:
+            field = _TARGETS.get(type_)
+            return field is not None and turning == (field is V_TARGET) and axis.read(field) == value
+        if axis.values[AP.GROUP_INDEX]:
+            return False
+        if number == _MVP:
+            placed = axis.read(RAMP_MODE) == RAMP and not axis.open and not axis.scaled
+            return type_ == _ABS and placed and axis.read(X_TARGET) == value
+        return turning and axis.open and not axis.scaled and axis.read(V_TARGET) == value
+
+    def _takes_up(self, axis: Axis, now: int) -> bool:
+        """Whether the chip may not have taken up yet what was written: it does with its next ramp tick."""
+        return now - self._disturbed <= RAMP_TICK << axis.values[AP.RAMP_DIVISOR]
+
+    def _steady(self, parameter: int, motor: int, now: int) -> bool:
+        """Whether a parameter that follows the motion keeps its value until the chip's next event."""
+        axis = self._module.axes[motor]
+        if self._takes_up(axis, now):
             return False
         speed = axis.read(V_ACTUAL)
         if speed != axis.read(V_TARGET):
