@@ -190,6 +190,16 @@ def test_files_are_written_and_read_by_name(tmp_path, suffix):
     same(files.read(path), SERIAL, lines=False)
 
 
+@pytest.mark.parametrize("cut", [1, 3, 9, 12, 20])
+def test_a_session_that_was_cut_off_is_read_as_far_as_it_goes(tmp_path, cut):
+    path = tmp_path / "cut.session"
+    path.write_text(session_file.write(SERIAL[:4])[:-cut])
+    assert len(files.read(path)) in {3, 4}
+    path.write_text(f"{session_file.write(SERIAL[:2])}0.5 > FOO\n0.6 > G")
+    with pytest.raises(RecordingError, match="unknown command FOO"):
+        files.read(path)
+
+
 def test_names_of_lines_and_texts_are_left_out_on_request(tmp_path):
     path = tmp_path / "recording.pcapng"
     text = Record(5, "tcp 10.0.0.7:5123", ">", "text", b"my name")

@@ -108,6 +108,23 @@ def test_a_host_and_a_module_on_serial_ports_are_recorded(serve, tmp_path):
     assert run("check", out).stdout == "1 request, no difference\n"
 
 
+@pytest.mark.filterwarnings("ignore:.*ttyBaudrate:DeprecationWarning")
+def test_a_host_and_an_slcan_adapter_are_recorded(serve, tmp_path):
+    out = tmp_path / "out.session"
+    adapter = serve("--slcan").links[0][1]
+    options = ("--pty", "--to", adapter, "--slcan")
+    with (
+        recording(out, *options) as (path, _),
+        can.Bus(interface="slcan", channel=path, bitrate=1_000_000, sleep_after_open=0) as bus,
+    ):
+        for text in ("GAP 4, 0", "SGP 3, 2, 5", "GGP 3, 2", "GAP 77, 0"):
+            data = pack_can_request(parse_instruction(text))
+            bus.send(can.Message(arbitration_id=1, data=data, is_extended_id=False))
+            assert bus.recv(5) is not None
+    assert "# links: can\n" in out.read_text()
+    assert run("check", out).stdout == "4 requests, no difference\n"
+
+
 def test_the_end_of_the_modules_side_ends_the_recording(serve, tmp_path):
     served = serve("--tcp=0")
     with recording(tmp_path / "out.hex", "--tcp", "0", "--to", f"tcp://{served.tcp}") as (_, process):

@@ -74,10 +74,21 @@ def _read(data: bytes, path: Path) -> list[Record]:
     text = data.decode("utf-8", "replace")
     rows = text.splitlines()
     if any(row.startswith("==") for row in rows):
-        return session_file.read(text, path)
+        return _read_session(text, path)
     if any(row.startswith("(") and "#" in row for row in rows):
         return candump.read(text)
     return hexlog.read(text)
+
+
+def _read_session(text: str, path: Path) -> list[Record]:
+    """The records of a session, whose last line may be cut off."""
+    try:
+        return session_file.read(text, path)
+    except SessionSyntaxError as error:
+        rows = text.split("\n")
+        if not rows[-1] or error.line != len(rows):
+            raise
+        return session_file.read("\n".join(rows[:-1]) + "\n", path)
 
 
 def form_of(path: Path) -> Form:

@@ -13,21 +13,64 @@ from typing import Final
 from tmcm34x.capture.files import Recorder
 from tmcm34x.capture.record import RecordingError, from_sink
 from tmcm34x.clock import HZ
-from tmcm34x.links import Link, LinkError, Peer, Send
-from tmcm34x.server.telegram_log import LineLog
+from tmcm34x.links import EXTENDED, Link, LinkError, Peer, Send
+from tmcm34x.server.telegram_log import LineLog, Sink
 from tmcm34x.tmcl.telegrams import Direction, Kind
 
 CONNECT_S: Final = 5.0
+LONGEST: Final = 64
+"""Characters of a line of SLCAN that has not ended."""
+STANDARD_DIGITS: Final = 3
+IDENTIFIER_DIGITS: Final = {b"t": STANDARD_DIGITS, b"T": 8}
+"""Digits of the identifier by the letter that begins the line of a frame."""
+
+
+class SlcanLog:
+    """Finds the frames in the lines of text of an SLCAN adapter, `t0017060400...`; see `links.posix.slcan`."""
+
+    def __init__(self, sink: Sink, name: str) -> None:
+        self._log = LineLog(sink, name)
+        self._partial: dict[Direction, bytearray] = {">": bytearray(), "<": bytearray()}
+
+    def add(self, now: int, direction: Direction, data: bytes) -> None:
+        """Take characters; each CR or BELL ends a line."""
+        partial = self._partial[direction]
+        partial += data.replace(b"\a", b"\r")
+        *lines, rest = bytes(partial).split(b"\r")
+        partial[:] = rest[-LONGEST:]
+        for line in lines:
+            self._line(now, direction, line)
+
+    def _line(self, now: int, direction: Direction, line: bytes) -> None:
+        digits = IDENTIFIER_DIGITS.get(line[:1])
+        if digits is None:
+            return
+        try:
+            identifier = int(line[1 : 1 + digits], 16)
+            size = int(line[1 + digits : 2 + digits])
+            data = bytes.fromhex(line[2 + digits : 2 + digits + 2 * size].decode("ascii"))
+        except ValueError:
+            return
+        if len(data) == size:
+            extended = EXTENDED if digits > STANDARD_DIGITS else 0
+            self._log.add_frame(now, direction, identifier | extended, data)
 
 
 class Proxy:
     """Passes bytes between the clients of links and one module, and records them.
 
+    make_log: puts bytes together to what is recorded
     lost: called with the reason when the module's side is gone, or nothing can be recorded
     """
 
-    def __init__(self, recorder: Recorder, lost: Callable[[Exception], None]) -> None:
+    def __init__(
+        self,
+        recorder: Recorder,
+        lost: Callable[[Exception], None],
+        make_log: type[LineLog | SlcanLog] = LineLog,
+    ) -> None:
         self._recorder = recorder
+        self.make_log = make_log
         self._lost = lost
         self._start_s = time.monotonic()
         self._clients: list[_Client] = []
@@ -79,7 +122,7 @@ class _Client:
     def __init__(self, proxy: Proxy, name: str, send: Send) -> None:
         self._proxy = proxy
         self.send = send
-        self.log = LineLog(proxy, name)
+        self.log = proxy.make_log(proxy, name)
 
     def receive(self, data: bytes) -> None:
         self._proxy.from_host(self, data)

@@ -56,6 +56,9 @@ Examples:
     metavar="[HOST:]PORT",
     help="A socket for the host, on loopback unless told otherwise.",
 )
+@click.option(
+    "--slcan", is_flag=True, help="The module's side is a CAN adapter that speaks SLCAN; record frames."
+)
 @click.option("--anonymous", is_flag=True, help="Leave out texts, and name lines by number.")
 def command(out: Path, target: str, **options: Any) -> int:
     """Sit between hosts and a module, and record what passes into OUT.
@@ -77,7 +80,7 @@ def command(out: Path, target: str, **options: Any) -> int:
 
 
 async def _record(recorder: Recorder, target: str, options: dict[str, Any]) -> int:
-    from tmcm34x.capture.proxy import Proxy
+    from tmcm34x.capture.proxy import Proxy, SlcanLog
     from tmcm34x.links import LinkError
 
     loop = asyncio.get_running_loop()
@@ -91,7 +94,7 @@ async def _record(recorder: Recorder, target: str, options: dict[str, Any]) -> i
         lambda _, context: end(context.get("exception", RuntimeError(context["message"])))
     )
     stop_on_signals(loop, end)
-    proxy = Proxy(recorder, end)
+    proxy = Proxy(recorder, end, SlcanLog) if options["slcan"] else Proxy(recorder, end)
     links = _links(options)
     try:
         close = await _open_module(proxy, target, options["baud"])
