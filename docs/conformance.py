@@ -22,7 +22,9 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from tmcm34x.bench.session.language import load
-from tmcm34x.firmware import boot, control, dispatch, parameters
+from tmcm34x.firmware import boot, control, dispatch
+from tmcm34x.firmware.parameters.axis import EFFECTS
+from tmcm34x.firmware.parameters.tables import tables as parameter_tables
 from tmcm34x.tmcl import commands
 from tmcm34x.tmcl.axis_parameters import ALL, AXIS_PARAMETERS, WITH_DRIVERS
 from tmcm34x.tmcl.commands import ASCII_COMMANDS, COMMANDS, CONTROL_FUNCTIONS
@@ -338,14 +340,15 @@ def _file(function: Callable[..., object]) -> str:
 def _parameter(number: int, readers: Any, writers: Any, effects: Any = MappingProxyType({})) -> str:
     row_and_writer = writers[number]
     functions = (readers[number], row_and_writer[1] if row_and_writer else None, effects.get(number))
+    files = {_file(function) for function in functions if function}
     names = {f"`{function.__name__}`" for function in functions if function}
-    return f"firmware/parameters.py {', '.join(sorted(names))}"
+    return f"{files.pop()} {', '.join(sorted(names))}"
 
 
 def implemented(key: str) -> str:
     """Where a row is implemented: a file of src/tmcm34x, and for parameters the functions that read and write it."""
     head, _, rest = key.partition(".")
-    tables = parameters.tables(343, "standard")
+    tables = parameter_tables(343, "standard")
     if head in _PROGRAM_COMMANDS:
         return _PROGRAM_COMMANDS[head]
     if head in commands.BY_MNEMONIC:
@@ -353,7 +356,7 @@ def implemented(key: str) -> str:
     if head == "CF":
         return _file(control.HANDLERS[commands.BY_NUMBER[int(rest.split(".")[0])].key])
     if head == "AP":
-        return _parameter(int(rest), tables.axis_readers, tables.axis_writers, parameters.EFFECTS)
+        return _parameter(int(rest), tables.axis_readers, tables.axis_writers, EFFECTS)
     if head == "GP":
         number = int(rest.split("..")[0])
         readers = {number: tables.global_readers.get(number)}

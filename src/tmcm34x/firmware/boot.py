@@ -28,7 +28,8 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.clock import Value
-    from tmcm34x.firmware.state import Answer, Handler, ModuleState, Port, Result
+    from tmcm34x.firmware.roles import Port
+    from tmcm34x.firmware.state import Answer, Handler, ModuleState, Result
     from tmcm34x.tmcl.datagram import Instruction
 
 PAGE: Final = 0x400

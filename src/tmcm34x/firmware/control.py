@@ -18,7 +18,8 @@ from tmcm34x.tmcl.numbers import CONTROL
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.state import Answer, Entry, Handler, ModuleState, Port, Result
+    from tmcm34x.firmware.roles import Port
+    from tmcm34x.firmware.state import Answer, Entry, Handler, ModuleState, Result
 
 IN_DOWNLOAD: Final = frozenset({CONTROL.QUIT_DOWNLOAD, CONTROL.GET_FIRMWARE_VERSION})
 """Control functions that are executed in download mode too (fidelity PROG-15)."""

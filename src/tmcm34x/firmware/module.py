@@ -18,7 +18,7 @@ from tmcm34x.clock import NEVER
 from tmcm34x.firmware import power, reference, supervision
 from tmcm34x.firmware.control import FIRMWARE, IN_DOWNLOAD
 from tmcm34x.firmware.dispatch import execute
-from tmcm34x.firmware.parameters import tables
+from tmcm34x.firmware.parameters.tables import tables
 from tmcm34x.firmware.peek import peek
 from tmcm34x.firmware.power import settle
 from tmcm34x.firmware.program import Program
@@ -29,7 +29,8 @@ from tmcm34x.tmcl.numbers import GP
 if TYPE_CHECKING:
     from tmcm34x.board.board import Board
     from tmcm34x.clock import Value
-    from tmcm34x.firmware.state import Port, Result
+    from tmcm34x.firmware.roles import Port
+    from tmcm34x.firmware.state import Result
     from tmcm34x.firmware.storage import Eeprom
     from tmcm34x.tmcl.datagram import Instruction
 

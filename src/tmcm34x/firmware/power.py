@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from tmcm34x.chips.registers import FIELDS
 from tmcm34x.clock import MS
 from tmcm34x.firmware import drivers, supervision
-from tmcm34x.firmware.parameters import restore_axes
+from tmcm34x.firmware.parameters.axis import restore_axes
 from tmcm34x.tmcl.commands import COORDINATES
 from tmcm34x.tmcl.global_parameters import EEPROM_MAGIC
 from tmcm34x.tmcl.numbers import GP

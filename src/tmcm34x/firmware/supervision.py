@@ -25,7 +25,8 @@ from tmcm34x.tmcl.numbers import AP, GP
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.axis import Axis
-    from tmcm34x.firmware.state import ModuleState, Port
+    from tmcm34x.firmware.roles import Port
+    from tmcm34x.firmware.state import ModuleState
 
 STALLED: Final = 1
 DEVIATED: Final = 2

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from tmcm34x.firmware.parameters import EXTENSION, VARIABLES, restore_global, store_global
+from tmcm34x.firmware.parameters.bank_0 import EXTENSION, VARIABLES, restore_global, store_global
 from tmcm34x.tmcl.commands import USER_VARIABLES
 from tmcm34x.tmcl.status import Status
 
