@@ -7,16 +7,23 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS   ?= 2
 SETUP  := pyproject.toml $(wildcard hatch_build.py web/package-lock.json)
 
-.PHONY: run test check bench soak lock web fast pure vsix clean
+.PHONY: run test coverage check bench soak lock web fast pure vsix clean
 
 run: $(VENV)/.run
 	$(BIN)/tmcm34x ide examples/manual/5.2-first-program.tmc
 
-# The page in Chromium is tested alone; what a busy machine upset is tried once more, and named.
+# The page in Chromium is tested alone.  A test that fails has failed: nothing is tried again.
 PAGES := tests/ide/page
 test: $(VENV)/.test
-	$(BIN)/pytest -n $(JOBS) --dist worksteal --ignore=$(PAGES) || $(BIN)/pytest --last-failed --ignore=$(PAGES)
-	$(BIN)/pytest $(PAGES) || $(BIN)/pytest --last-failed $(PAGES)
+	$(BIN)/pytest -n $(JOBS) --dist worksteal --ignore=$(PAGES)
+	$(BIN)/pytest $(PAGES)
+
+# Which lines and branches the tests reach, without those of the page; in .coverage-report/index.html too.
+coverage: $(VENV)/.test
+	$(BIN)/coverage run -m pytest -q -n $(JOBS) --dist worksteal --ignore=$(PAGES)
+	$(BIN)/coverage combine -q
+	$(BIN)/coverage html -q
+	$(BIN)/coverage json -q -o - | $(BIN)/python .ci/coverage_table.py
 
 check: $(VENV)/.test
 	$(BIN)/ruff check .
@@ -71,4 +78,4 @@ lock:
 	$(COMPILE) --group build --group dev --extra can -o requirements/test.txt
 
 clean:
-	rm -rf $(VENV) build dist .pytest_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf $(VENV) .coverage .coverage.* .coverage-report build dist .pytest_cache .ruff_cache .hypothesis .benchmarks

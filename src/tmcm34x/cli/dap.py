@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import os
-import select
+import queue
 import socket
-import sys
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,6 +26,10 @@ from tmcm34x.toolchain.disassembler import disassemble
 
 _READ_SIZE: Final = 65536
 _LONGEST_SLEEP_S: Final = 3600.0
+_MOST_CHUNKS: Final = 16
+"""Chunks of bytes that are read ahead."""
+_LOOK_S: Final = 0.5
+"""How often a reader whose bytes are not taken looks whether it is still needed."""
 
 
 @click.command()
@@ -42,7 +47,7 @@ def command(listen: str | None) -> int:
     """
     with contextlib.suppress(KeyboardInterrupt):
         if listen is None:
-            _converse(sys.stdin.fileno(), sys.stdout.fileno())
+            _converse(_read_standard_input, _write_standard_output)
         else:
             _serve(listen)
     return 0
@@ -66,24 +71,66 @@ def _serve(listen: str) -> None:
             connection = server.accept()[0]
             with connection:
                 connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                _converse(connection.fileno(), connection.fileno())
+                _converse(partial(connection.recv, _READ_SIZE), connection.sendall)
+                with contextlib.suppress(OSError):
+                    connection.shutdown(socket.SHUT_RDWR)  # ends the reader, too
 
 
-def _converse(read_fd: int, write_fd: int) -> None:
+def _read_standard_input() -> bytes:
+    return os.read(0, _READ_SIZE)
+
+
+def _write_standard_output(data: bytes) -> None:
+    while data:
+        data = data[os.write(1, data) :]
+
+
+class _Incoming:
+    """What an editor sends, read by a thread: not every system can wait for standard input and a clock at once."""
+
+    def __init__(self, read: Callable[[], bytes]) -> None:
+        self._read = read
+        self._chunks: queue.Queue[bytes] = queue.Queue(_MOST_CHUNKS)
+        self._wanted = True
+        threading.Thread(target=self._run, name="editor", daemon=True).start()
+
+    def take(self, wait_s: float) -> bytes | None:
+        """The next bytes, none at the end; None if there are none in time."""
+        try:
+            return self._chunks.get(wait_s > 0, wait_s or None)
+        except queue.Empty:
+            return None
+
+    def close(self) -> None:
+        """Read no more than what is being read."""
+        self._wanted = False
+
+    def _run(self) -> None:
+        data = b"go on"
+        while data and self._wanted:
+            try:
+                data = self._read()
+            except OSError:
+                data = b""
+            while self._wanted:
+                with contextlib.suppress(queue.Full):
+                    self._chunks.put(data, timeout=_LOOK_S)
+                    break
+
+
+def _converse(read: Callable[[], bytes], write: Callable[[bytes], object]) -> None:
     """One session with one editor, until it disconnects or hangs up."""
 
     def send(message: dict[str, Any]) -> None:
-        data = frame(message)
-        while data:
-            data = data[os.write(write_fd, data) :]
+        write(frame(message))
 
     adapter, framing = Adapter(send, SERVICES), Framing()
+    incoming = _Incoming(read)
     try:
         while not adapter.over:
-            wait_s = min(adapter.work(), _LONGEST_SLEEP_S)
-            if not select.select([read_fd], [], [], wait_s)[0]:
+            data = incoming.take(min(adapter.work(), _LONGEST_SLEEP_S))
+            if data is None:
                 continue
-            data = os.read(read_fd, _READ_SIZE)
             if not data:
                 break
             _take(adapter, framing, data)
@@ -92,6 +139,7 @@ def _converse(read_fd: int, write_fd: int) -> None:
     except (BrokenPipeError, ConnectionError):
         pass  # The editor is gone without a word.
     finally:
+        incoming.close()
         adapter.close()
 
 
