@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+import tmcm34x.board
 import tmcm34x.firmware
 from firmware.hosts import Host
 from tmcm34x.board.board import Board
-from tmcm34x.board.circuit import Circuit
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import MS, run_until
 from tmcm34x.firmware.module import Module
@@ -18,9 +18,22 @@ from tmcm34x.toolchain.assembler import assemble
 
 FIRMWARE = Path(tmcm34x.firmware.__path__[0])
 SOURCES = sorted(FIRMWARE.rglob("*.py"))
-MEMBERS = {name for name in vars(Circuit) if not name.startswith("_")} | set(Circuit.__annotations__)
 GRID = MS
 """How often the firmware looks at chips that cannot say when something will happen."""
+
+
+def members():
+    """The names of a `Circuit`, from its source: a compiled class has no annotations."""
+    tree = ast.parse((Path(tmcm34x.board.__path__[0]) / "circuit.py").read_text(encoding="utf-8"))
+    (circuit,) = (node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == "Circuit")
+    for node in circuit.body:
+        if isinstance(node, ast.FunctionDef):
+            yield node.name
+        elif isinstance(node, ast.AnnAssign):
+            yield node.target.id
+
+
+MEMBERS = set(members())
 
 
 class LookedAt:
