@@ -200,6 +200,8 @@ def test_a_symbol_is_followed_renamed_and_the_source_formatted(page: Page):
     expect(page.locator(".cm-content")).to_contain_text("Round:")
     expect(page.locator(".cm-content")).to_contain_text("JA Round")
     expect(page.locator(".cm-lintRange-error")).to_have_count(0)
+    page.mouse.move(5, 5)
+    expect(page.locator(".cm-tooltip-hover")).to_have_count(0)
     page.locator(".cm-line", has_text="ROR 0").click()
     page.keyboard.press("Home")
     page.keyboard.press("Home")

@@ -441,7 +441,7 @@ def test_a_keeper_reads_an_old_module_out_and_restores_it_to_a_spare(
         ]
         assert values == [611, 3, 77, -4321, 0]
         assert old_module.execute(parse_instruction("GAP 4, 0")).value == 612
-        old_module.execute(parse_instruction("SAP 2, 1, 0"))
+        old_module.execute(parse_instruction("MST 1"))
         expect(page.locator(".axis.motor1 .state")).to_have_text("stopped")
 
 
