@@ -63,14 +63,14 @@ def test_what_was_not_read_is_said_and_no_value():
     items = settings_items(343)
     readings = dict.fromkeys(items, Value(1))
     readings[items[0]], readings[items[1]], readings[items[2]] = (
-        Silent("no reply"),
+        Silent("the line is bad"),
         Refused(3),
         Absent("a 342"),
     )
     for write in (to_toml, to_tmcl):
         text = write(343, VERSION, readings)
         assert "INCOMPLETE settings (3 could not be read, see the end)" in text.splitlines()[0]
-        assert f"{items[0].path}: no answer: no reply" in text
+        assert f"{items[0].path}: no reply: the line is bad" in text
         assert f"{items[1].path}: refused: status 3, wrong type" in text
         assert items[0] not in from_text(text, 343).values
 

@@ -110,7 +110,7 @@ def consequence(instruction: Instruction) -> str:
         case number if number == FACTORY_RESET:
             return "All stored parameters, addresses and baud rate too, go back to their defaults; the module restarts"
         case number if number == ASCII_MODE:
-            return "The module enters the ASCII interface: no binary command is answered until it is told BIN"
+            return "The module enters the ASCII interface: binary commands get no reply until BIN ends it"
         case number if number == START_DOWNLOAD:
             return "The module stores what follows over its program, until command 133"
         case number if number in _WRITE_GLOBAL:

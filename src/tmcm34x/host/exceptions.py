@@ -11,11 +11,11 @@ HostError
 │   └── ProtectedError       the program memory is protected against reading or overwriting
 ├── NotAvailableError        this model does not have it; nothing was sent
 ├── RangeError               the value is outside the table's range; nothing was sent
-├── NotReachedError          the module did not come where it was told to in time
+├── NotReachedError          a motor did not reach its target, or a search its end, in time
 ├── VerifyError              what was read back is not what was written
 └── FileError                a settings or backup file is not usable: path, line and reason
 
-No answer, a refusal, "not on this model" and the value 0 are four different things: the first three are exceptions
+No reply, a refusal, "not on this model" and the value 0 are four different things: the first three are exceptions
 here, and types in `reading` where values stand in tables.
 """
 
@@ -99,7 +99,7 @@ class RangeError(HostError, ValueError):
 
 
 class NotReachedError(HostError):
-    """The module did not come where it was told to in time."""
+    """A motor did not reach its target, or a reference search its end, in time."""
 
 
 class VerifyError(HostError):

@@ -1,4 +1,4 @@
-"""What a module can be told to keep: one item for each value, with the commands that read, write, store and recall it.
+"""What a module can keep: one item for each value, with the commands that read, write, store and recall it.
 
 table     of a settings file: `axis.0`, `module`, `variables`, `coordinates`, `chip`
 key       in that table

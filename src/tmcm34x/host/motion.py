@@ -102,7 +102,7 @@ def stop_all(tell: Callable[[str], None] = lambda _: None) -> Steps[None]:
     """Stop the program and all motors, each command sent until it is acknowledged.
 
     The program first, so that it does not start a motor again.  A module in download mode would store the commands:
-    it is told to leave that mode.  `tell` takes a line about it.
+    it is taken out of that mode.  `tell` takes a line about it.
     """
     for instruction in (
         Instruction(STOP),

@@ -75,7 +75,7 @@ def silent(*_: object) -> None:
 
 
 def stop(tell: Tell = silent) -> Steps[None]:
-    """Stop the program; a module in download mode is told to leave it first, and `tell` gets a line about it."""
+    """Stop the program; a module in download mode is taken out of it first, and `tell` gets a line about it."""
     try:
         yield from insist(Instruction(STOP))
     except DownloadModeError:

@@ -1,4 +1,4 @@
-"""What reading a value gave: the value, a refusal, nothing there, or no answer.  Four types for four things.
+"""What reading a value gave: the value, a refusal, nothing there, or no reply.  Four types for four things.
 
 match reading:
 case Value(number): ...
@@ -16,7 +16,7 @@ from tmcm34x.tmcl.status import STATUS_TEXTS
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """The module told it."""
+    """The value in a reply."""
 
     value: int
 
@@ -52,14 +52,14 @@ class Absent:
 
 @dataclass(frozen=True, slots=True)
 class Silent:
-    """No answer came."""
+    """No reply came."""
 
     why: str
 
     @property
     def text(self) -> str:
         """For a table cell."""
-        return f"no answer: {self.why}"
+        return f"no reply: {self.why}"
 
 
 Reading = Value | Refused | Absent | Silent

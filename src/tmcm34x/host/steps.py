@@ -2,7 +2,7 @@
 
 A step is a command to have answered, or a pause.  An operation is a generator that yields steps and gets back what
 the module answered; whatever drives it (`Connection.run`, `AsyncConnection.run`, the IDE) sends, waits, and throws a
-`HostError` in where no answer comes.  So an operation has no line and no clock of its own, and can be told to stop in
+`HostError` in where no reply comes.  So an operation has no line and no clock of its own, and can be interrupted in
 the middle: what it does in `finally` is still driven.
 
     def counter() -> Steps[int]:
@@ -151,7 +151,7 @@ def insist(instruction: Instruction, times: int = 10) -> Steps[int]:
 
 
 def settle(write: Instruction, read: Instruction) -> Steps[None]:
-    """Set a value, and where no answer came see whether it was set before it is sent again."""
+    """Set a value, and where no reply came see whether it was set before it is sent again."""
     for _ in range(_ATTEMPTS):
         try:
             yield from value(write)

@@ -79,7 +79,7 @@ def opened(url: str | None) -> Generator[Connection]:
 
 
 def confirm(connection: Connection, what: str, yes: bool) -> None:
-    """Ask before something acts on a module that may be real.  Raises `CliError` where nobody can be asked."""
+    """Ask before something acts on a module that may be real.  Raises `CliError` where no terminal is there to ask."""
     if yes or not connection.line.real:
         return
     click.echo(f"{connection.line.name}: {what}", err=True)

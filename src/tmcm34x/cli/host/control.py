@@ -61,7 +61,7 @@ def start(connection: Connection, address: int | None, go_on: bool, yes: bool) -
 @port_option
 @_control
 def stop(connection: Connection, everything: bool) -> int:
-    """Stop the program of the module, and end a download mode that somebody left behind.
+    """Stop the program of the module, and end a download mode that was left on.
 
     Every command is sent until it is acknowledged. A motor that the program has started goes on turning without --all.
     """
