@@ -41,6 +41,8 @@ _STORED_TABLES: Final = frozenset({7, 23})
 """Bank 0 parameters that STGP and RSGP take for a whole table (fidelity TOOL-9)."""
 _TIMEOUT_TICKS: Final = 3000
 """The time-out that the fix for W201 proposes: 30 s."""
+_KEYED: Final[Mapping[str, tuple[int, ...]]] = {"eeprom_lock": (1234, 4321)}
+"""Global parameters that take some values alone: to lock and to unlock."""
 _ALL_MOTORS: Final = 7
 _COPY: Final = 255
 """Motor field of SCO and GCO that copies between RAM and EEPROM."""
@@ -115,6 +117,10 @@ def _global_parameter(found: Findings, code: Code, instruction: Instruction, ope
     elif name in _STORES_PARAMETER and not (bank == 2 or number in _STORED_TABLES):
         reason = "is stored by SGP itself" if row.stored else "is not stored"
         found.report("W306", place, f"parameter {number} ({row.name}) {reason}")
+    elif name == "SGP" and row.key in _KEYED and instruction.value not in _KEYED[row.key]:
+        wanted = " or ".join(map(str, _KEYED[row.key]))
+        text = f"{instruction.value} is none of the values of parameter {number} ({row.name}): {wanted}"
+        found.report("W301", field_location(code, "value"), text)
     elif name == "SGP":
         _range(found, "W301", code, (row.low, row.high), f"parameter {number} ({row.name})")
 
