@@ -4,7 +4,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from bench.rigs import rig_of, run_ms, say
+from bench.rigs import rig_of, say
 from tmcm34x.clock import HZ, NEVER, run_until
 from tmcm34x.tmcl.mnemonic import parse_instruction
 from work import TooMuchError, lines_of
@@ -86,8 +86,9 @@ def test_a_motor_that_turns_passes_its_target_again_and_again():
 
 
 def test_the_count_ends_what_does_not_end():
-    rig = rig_of("[[module]]\n")
-    say(rig, "ROR 0, 100")
-    assert lines_of(lambda: run_ms(rig, 1), LIMIT) > 10
-    with pytest.raises(TooMuchError, match="more than 100 lines"):
-        lines_of(lambda: run_ms(rig, 1000), 100)
+    def parse():
+        return parse_instruction("MVP ABS, 0, 1000")
+
+    assert lines_of(parse, LIMIT) > 3
+    with pytest.raises(TooMuchError, match="more than 3 lines"):
+        lines_of(parse, 3)
