@@ -377,3 +377,29 @@ def test_a_run_ends_at_a_condition(run):
     status, _, err = run(source, "--break", "accumulator ==")
     assert status == 2
     assert len(err.splitlines()) == 1
+
+
+LONG = "MVP ABS, 0, 20000 \n WAIT POS, 0, 0 \n L: CALC ADD, 1 \n AGP 0, 2 \n COMP 500 \n JC LT, L \n STOP"
+
+
+@pytest.mark.parametrize("end", [("--until", 0.05), ("--break", "accumulator == 77")])
+def test_a_run_goes_on_from_a_saved_state_as_if_it_had_not_ended(run, end):
+    whole = summary(run, LONG)[1]
+    assert summary(run, LONG, *end, "--save-state", "rig.state")[1]["ending"] in {"until", "break"}
+    rest = summary(run, LONG, "--from-state", "rig.state")[1]
+    for key in ("ending", "simulated_s", "instructions", "variables", "program"):
+        assert rest[key] == whole[key]
+
+
+def test_a_state_that_does_not_fit_is_one_line(run):
+    Path("other.state").write_bytes(b"rubbish")
+    status, _, err = run(LONG, "--from-state", "other.state")
+    assert (status, err) == (2, "other.state: not a snapshot of a bench")
+    run(LONG, "--until", 0.05, "--save-state", "rig.state")
+    status, _, err = run("STOP", "--from-state", "rig.state")
+    assert status == 2
+    assert "another program" in err
+    status, _, err = run(LONG, "--model", 341, "--from-state", "rig.state")
+    assert status == 2
+    assert len(err.splitlines()) == 1
+    assert run(LONG, "--from-state", "missing.state")[2] == "missing.state: No such file or directory"

@@ -73,7 +73,7 @@ class Run:
     """The program of a rig's first module, started at address 0 by `start`.
 
     part: the rig, or the rig with recorders around it
-    condition: ends the run when it is true; it is asked before each command of the program and after each event
+    condition: ends the run when it is true; it is asked after each command of the program and each other event
     """
 
     def __init__(
@@ -88,10 +88,12 @@ class Run:
         self._part: Timed = rig if part is None else part
         self._condition = condition
         self._holds = False
+        self._earlier: ProgramError | None = None
 
     def start(self, address: int | None = 0) -> None:
         """Start the program at an address; None: go on where it stands, or leave it stopped as it is."""
         program = self.module.program
+        self._earlier = program.last_error
         program.on_refusal.append(self._note_refusal)
         if self._condition is not None:
             program.hook(self._asks)
@@ -106,7 +108,7 @@ class Run:
         if self._note_refusal in program.on_refusal:
             program.on_refusal.remove(self._note_refusal)
             error = program.last_error
-            if error is not None and error not in self.refusals:
+            if error is not None and error is not self._earlier and error not in self.refusals:
                 self.refusals[error] += 1
 
     def go(self, until: int | None = None) -> str:
@@ -150,17 +152,15 @@ class Run:
     def _go_to(self, when: int) -> None:
         """Bring the rig to its event at `when`, and the recorders to theirs before it."""
         self.approach(when)
-        if self._condition is not None and not self._holds and self._condition():
-            self._holds = True
+        self._holds = self._condition is not None and self._condition()
 
     def _over(self, unlimited: bool) -> str:
         ending = ending_of(self.rig)
         return "" if ending == TURNING and not unlimited else ending
 
     def _asks(self, _address: int) -> bool:
-        """Before a command of the program: stop there when the condition holds."""
-        self._holds = self._holds or bool(self._condition and self._condition())
-        return self._holds
+        """Makes each command of the program an event, so that the condition is looked at after it."""
+        return False
 
     def _note_refusal(self) -> bool:
         error = self.module.program.last_error

@@ -16,7 +16,7 @@ import click
 
 from tmcm34x.bench import BenchError, Rig, load, simple_rig
 from tmcm34x.bench.run import INTERRUPTED, Run
-from tmcm34x.cli import CliError, FiniteRange, coverage, parameter_options, user_functions
+from tmcm34x.cli import CliError, FiniteRange, coverage, parameter_options, state, user_functions
 from tmcm34x.cli.progress import Progress
 from tmcm34x.cli.recording import Recording
 from tmcm34x.cli.report import Report
@@ -135,6 +135,13 @@ Examples:
     metavar="EXPR",
     help="End when this expression of the debugger is not 0, such as 'ap[1][0] > 5000 && gp[3] == 1'.",
 )
+@click.option("--save-state", type=_OUT, metavar="OUT", help="Write the state of the bench at the end.")
+@click.option(
+    "--from-state",
+    type=_IN,
+    metavar="FILE",
+    help="Go on from a state that --save-state wrote, on the same bench.",
+)
 @click.option(
     "--coverage",
     "coverage_file",
@@ -162,6 +169,8 @@ def command(**options: Any) -> int:
         return 1
     earlier = coverage.check(options, assembly)
     rig = _make_rig(options, program)
+    if options["from_state"]:
+        state.read(options["from_state"], rig, program, options["file"])
     counts = Counts() if options["coverage_file"] or options["profile"] else None
     rig.modules[0].program.count(counts)
     with contextlib.ExitStack() as files:
@@ -173,6 +182,8 @@ def command(**options: Any) -> int:
         recording.finish()
     click.echo(json.dumps(report.summary(), indent=2) if options["as_json"] else str(report))
     run.module.program.count(None)
+    if options["save_state"]:
+        state.write(options["save_state"], rig)
     if counts is not None and assembly is not None:
         if options["coverage_file"]:
             coverage.write(options["coverage_file"], assembly, counts, earlier)
@@ -196,7 +207,7 @@ def _go(run: Run, report: Report, recording: Recording, options: dict[str, Any])
     run.module.observers.append(recording.watcher)
     with progress, _interruptible():
         try:
-            run.start()
+            run.start(None if options["from_state"] else 0)
             for when in run.events(until):
                 if pace.speed:
                     _keep_pace(run, when, pace)
