@@ -33,10 +33,10 @@ check: $(VENV)/.test
 	$(BIN)/pyright --pythonplatform Windows
 	$(BIN)/pyright --pythonplatform Darwin
 
-# One simulated week of random commands and faults (docs/sessions.md); 1,000 killed servers.
+# One simulated week of random commands and faults (docs/sessions.md); 1,000 killed servers; an hour of hostile hosts.
 soak: $(VENV)/.test
 	SOAK_HOURS=168 $(BIN)/pytest -n $(JOBS) tests/test_soak.py
-	SOAK_KILLS=1000 $(BIN)/pytest tests/server/test_store.py
+	SOAK_KILLS=1000 SOAK_ROUNDS=50000 $(BIN)/pytest tests/server/test_store.py tests/server/test_hostile.py
 
 bench: $(VENV)/.test
 	for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
