@@ -359,7 +359,7 @@ def implemented(key: str) -> str:
         return _parameter(int(rest), tables.axis_readers, tables.axis_writers, EFFECTS)
     if head == "GP":
         number = int(rest.split("..")[0])
-        readers = {number: tables.global_readers.get(number)}
+        readers = {number: tables.global_readers[number]}
         return _parameter(number, readers, {number: tables.global_writers.get(number)})
     return next(place for start, place in _PLACES.items() if key.startswith(start))
 

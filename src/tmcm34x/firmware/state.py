@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 from tmcm34x.clock import MS, NEVER
@@ -64,7 +65,8 @@ GlobalReader = Callable[["ModuleState", int], int]
 GlobalWriter = Callable[["ModuleState", int, int], Status]
 
 
-class Tables(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Tables:
     """How the parameters of a model are read and written, by number."""
 
     axis_readers: tuple[AxisReader | None, ...]
@@ -75,8 +77,8 @@ class Tables(NamedTuple):
     """Axis parameters that STAP and RSAP know."""
     globals: frozenset[int]
     """All global parameters of bank 0."""
-    global_readers: Mapping[int, GlobalReader]
-    """For GGP."""
+    global_readers: tuple[GlobalReader | None, ...]
+    """For GGP, 0..255."""
     global_writers: Mapping[int, tuple[GlobalParameter, GlobalWriter]]
     """For SGP and AGP."""
 

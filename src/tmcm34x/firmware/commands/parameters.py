@@ -102,14 +102,14 @@ def _set_extension(core: ModuleState, type_: int, bank: int, value: int) -> Stat
 
 def do_ggp(core: ModuleState, type_: int, bank: int, _value: int) -> Result:
     """GGP: read a global parameter or user variable.  Source: manual 6.7.10."""
-    if bank == VARIABLES:
-        if type_ >= USER_VARIABLES:
-            return Status.WRONG_TYPE, 0
-        return OK, core.program.variables[type_]
     if bank:
-        return _get_extension(core, type_, bank)
-    reader = core.tables.global_readers.get(type_)
+        return _get_variable(core, type_) if bank == VARIABLES else _get_extension(core, type_, bank)
+    reader = core.tables.global_readers[type_]
     return (Status.WRONG_TYPE, 0) if reader is None else (OK, reader(core, type_))
+
+
+def _get_variable(core: ModuleState, type_: int) -> Result:
+    return (OK, core.program.variables[type_]) if type_ < USER_VARIABLES else (Status.WRONG_TYPE, 0)
 
 
 def _get_extension(core: ModuleState, type_: int, bank: int) -> Result:

@@ -10,7 +10,7 @@ from tmcm34x.firmware.state import Tables
 from tmcm34x.firmware.storage import axis_rows, global_rows
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.state import AxisReader, AxisWriter
+    from tmcm34x.firmware.state import AxisReader, AxisWriter, GlobalReader
     from tmcm34x.tmcl.axis_parameters import AxisParameter
 
 
@@ -26,12 +26,16 @@ def tables(model: int, profile: str) -> Tables:
         if row.writable:
             writers[row.number] = row, axis.WRITERS.get(row.number, axis.write_ram)
     settings = global_rows(profile)
+    global_readers: list[GlobalReader | None] = [None] * 256
+    for setting in settings:
+        if setting.readable:
+            global_readers[setting.number] = bank_0.READERS.get(setting.number, bank_0.read_stored)
     return Tables(
         tuple(readers),
         tuple(writers),
         frozenset(row.number for row in rows if row.stored),
         frozenset(row.number for row in settings),
-        {row.number: bank_0.READERS.get(row.number, bank_0.read_stored) for row in settings if row.readable},
+        tuple(global_readers),
         {
             row.number: (row, bank_0.WRITERS.get(row.number, bank_0.write_stored))
             for row in settings
