@@ -14,7 +14,7 @@ from tmcm34x.editor.workspace import Workspace
 from tmcm34x.tmcl.commands import COMMANDS
 from tmcm34x.toolchain.assembler import assemble, no_includes
 from tmcm34x.toolchain.formatter import format_source
-from tmcm34x.toolchain.linter import lint
+from tmcm34x.toolchain.linter import DEFAULT, lint
 from tmcm34x.toolchain.tokens import split_lines
 from toolchain.generators import SOURCES
 
@@ -427,3 +427,11 @@ def test_the_file_of_the_tool_chain_has_no_place_to_go_to():
     program = analysis("#include TMCLParam.tmc\nSAP APMaxCurrent, 0, 5\nSTOP", include=no_includes)
     assert names.definition(program, Place("x.tmc", 0, 12)) is None
     assert "absolute max. current" in hovers.hover(program, Place("x.tmc", 1, 6)).text
+
+
+def test_rules_are_switched_for_all_programs():
+    programs, _ = workspace()
+    programs.put("a", "ROR 9, 1\nL: GIO 0, 0\nJC ZE, L\nSTOP")
+    assert [d.code for d in programs.analysis("a").diagnostics("a")] == ["W303"]
+    programs.set_rules((DEFAULT | {"W206"}) - {"W303"})
+    assert [d.code for d in programs.analysis("a").diagnostics("a")] == ["W206"]

@@ -80,7 +80,7 @@ def test_files_that_the_package_names_exist():
 def test_the_settings_are_the_server_s_options():
     properties = PACKAGE["contributes"]["configuration"]["properties"]
     options = {name.removeprefix("tmcl."): value["default"] for name, value in properties.items()}
-    assert set(options) == {"command", "model", "includePath", "hints"}
+    assert set(options) == {"command", "model", "includePath", "hints", "rulesOn", "rulesOff"}
     server = TmclServer(DiskFiles())
     assert options["model"] == server.programs.model
     assert set(options["hints"]) == server.hints

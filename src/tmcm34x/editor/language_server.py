@@ -4,7 +4,7 @@ Thin on purpose: each method asks the analysis and turns characters into the cli
 `TmclServer` is one session with one client; `editor.sessions` brings the messages.
 
 Options, from `initializationOptions` and from the section `tmcl` of the configuration: `model` (341, 342, 343),
-`includePath` (folders), `hints` (some of address, parameter, value).
+`includePath` (folders), `hints` (some of address, parameter, value), `rulesOn` and `rulesOff` (codes of the linter).
 
 Source: Language Server Protocol 3.17.
 """
@@ -32,6 +32,7 @@ from tmcm34x.editor.analysis.values import HintKind
 from tmcm34x.editor.changes import Units, column, replaced, width
 from tmcm34x.editor.workspace import Files, Workspace
 from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Location
+from tmcm34x.toolchain.linter import DEFAULT, RULES
 
 SEVERITIES: Final = {
     "error": types.DiagnosticSeverity.Error,
@@ -134,6 +135,9 @@ class TmclServer(LanguageServer):
         if isinstance(folders, list):
             self.programs.include_path = [str(folder) for folder in cast("list[object]", folders)]
             self.programs.refresh()
+        if "rulesOn" in values or "rulesOff" in values:
+            on, off = (frozenset(_codes(values.get(key))) for key in ("rulesOn", "rulesOff"))
+            self.programs.set_rules((DEFAULT | on) - off)
         hints = values.get("hints")
         if isinstance(hints, list):
             wanted = cast("list[object]", hints)
@@ -424,6 +428,12 @@ def _completion(item: Completion, number: int, place: types.Range) -> types.Comp
         filter_text=item.filter or None,
         text_edit=types.TextEdit(place, item.insert),
     )
+
+
+def _codes(value: object) -> list[str]:
+    """Codes of rules as a client sends them; what is no list of known ones counts as none."""
+    codes = cast("list[object]", value) if isinstance(value, list) else []
+    return [str(code).upper() for code in codes if str(code).upper() in RULES]
 
 
 def _mapping(value: object) -> dict[str, object]:

@@ -14,7 +14,7 @@ from typing import Final, Protocol
 from tmcm34x.editor.analysis.program import Analysis
 from tmcm34x.toolchain.assembler import assemble
 from tmcm34x.toolchain.includes import fitting, programs_with
-from tmcm34x.toolchain.linter import lint
+from tmcm34x.toolchain.linter import DEFAULT, lint
 from tmcm34x.toolchain.parser import Line, parse_line
 
 
@@ -54,6 +54,8 @@ class Workspace:
         self.files = files
         self.include_path = list(include_path)
         self.model = model
+        self.rules = DEFAULT
+        """The linter's rules that are on."""
         self.texts: dict[str, str] = {}
         self._programs: dict[str, Analysis] = {}
         self._owners: dict[str, str] = {}
@@ -73,6 +75,12 @@ class Workspace:
         """The module that programs are for."""
         if model != self.model:
             self.model = model
+            self._programs.clear()
+
+    def set_rules(self, rules: frozenset[str]) -> None:
+        """The linter's rules that are on."""
+        if rules != self.rules:
+            self.rules = rules
             self._programs.clear()
 
     def refresh(self) -> None:
@@ -125,7 +133,8 @@ class Workspace:
                 parse=parse_again,
                 model=self.model,
             )
-            program = self._programs[name] = Analysis(assembly, lint(assembly, model=self.model), self.model)
+            found = lint(assembly, model=self.model, rules=self.rules)
+            program = self._programs[name] = Analysis(assembly, found, self.model)
         return program
 
     def _own_text(self, name: str) -> str:
