@@ -383,7 +383,7 @@ def test_a_joystick_program_is_where_it_would_be_command_by_command(
     plain, sliced = started(source), started(source)
     plain.program.hook(lambda _: False)
     for module in (plain, sliced):
-        for pause, level in [*levels, (3000 * MS, 0)]:
+        for pause, level in [*levels, (400 * MS, 0)]:
             until = module.now + pause
             while module is sliced and module.now + step < until:
                 run_until(module, module.now + step)
