@@ -3,7 +3,7 @@
 Everything below this package lives in virtual time; this is where it meets the clock on the wall, files and
 the outside world.
 
-Read in this order: `pace`, `server`, `eeprom_file`, `store`, `telegram_log`.
+Read in this order: `pace`, `server`, `eeprom_file`, `store`, `telegram_log`, `output`, `control`, `counters`.
 """
 
 from tmcm34x.server.eeprom_file import EepromFile, EepromFileError

@@ -1,4 +1,4 @@
-"""A file descriptor of a terminal on the event loop: what the pseudo terminal and the serial port share."""
+"""The file descriptor of a pseudo terminal on the event loop."""
 
 from __future__ import annotations
 
