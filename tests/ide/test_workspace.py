@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import codecs
+
 import pytest
 
 from tmcm34x.ide.wire import RefusalError
@@ -46,11 +48,56 @@ def test_a_text_comes_back_as_it_was_saved(workspace):
     assert (file.text, file.newline, file.stamp) == ("ROR 0, 1\nSTOP\n", "\r\n", entry.stamp)
 
 
-def test_old_texts_in_latin_1_and_texts_with_a_byte_order_mark_are_read(workspace):
-    (workspace.folder / "old.tmc").write_bytes("// größer\n".encode("latin-1"))
-    (workspace.folder / "new.tmc").write_bytes(b"\xef\xbb\xbf// x\n")
-    assert workspace.read("old.tmc").text == "// größer\n"
-    assert workspace.read("new.tmc").text == "// x\n"
+_STORED = {
+    "windows-1252": "// größer, “quoted”™\r\n".encode("cp1252"),
+    "utf-8 with a mark": b"\xef\xbb\xbf// gr\xc3\xb6\xc3\x9fer\n",
+    "utf-8": "// größer → Ω\n".encode(),
+    "utf-16-le": codecs.BOM_UTF16_LE + "// größer → Ω\r\n".encode("utf-16-le"),
+    "utf-16-be": codecs.BOM_UTF16_BE + "// größer → Ω\n".encode("utf-16-be"),
+}
+
+
+@pytest.mark.parametrize("data", _STORED.values(), ids=_STORED.keys())
+def test_a_file_is_saved_in_the_encoding_in_which_it_was(workspace, data):
+    (workspace.folder / "old.tmc").write_bytes(data)
+    file = workspace.read("old.tmc")
+    assert file.text.startswith("// größer")
+    entry = workspace.write("old.tmc", file.text, file.stamp, file.newline)
+    assert (workspace.folder / "old.tmc").read_bytes() == data
+    workspace.write("old.tmc", file.text + "STOP\n", entry.stamp, file.newline)
+    assert (workspace.folder / "old.tmc").read_bytes()[: len(data)] == data
+    assert workspace.read("old.tmc").text == file.text + "STOP\n"
+
+
+def test_a_character_that_the_encoding_lacks_is_named_and_not_saved(workspace):
+    (workspace.folder / "old.tmc").write_bytes("// größer\n".encode("cp1252"))
+    file = workspace.read("old.tmc")
+    with pytest.raises(RefusalError, match="'→' is not in windows-1252") as refused:
+        workspace.write("old.tmc", file.text + "// →\n", file.stamp, file.newline)
+    assert refused.value.code == "encoding"
+    assert "UTF-8" in str(refused.value)
+    assert (workspace.folder / "old.tmc").read_bytes() == "// größer\n".encode("cp1252")
+
+
+@pytest.mark.parametrize("text", ["// \ud800\n", "ROR\0"])
+def test_what_is_no_text_is_not_saved(workspace, text):
+    assert _code(workspace.write, "new.tmc", text, "", "\n") == "encoding"
+    assert workspace.files() == []
+
+
+@pytest.mark.parametrize(
+    ("data", "why"),
+    [
+        ("STOP\n".encode("utf-16-le"), "UTF-16 without"),
+        (b"\xef\xbb\xbf\xff", "not UTF-8 at byte 3"),
+        (b"ROR\0", "zero"),
+    ],
+)
+def test_a_file_that_is_no_text_is_not_opened(workspace, data, why):
+    (workspace.folder / "a.tmc").write_bytes(data)
+    with pytest.raises(RefusalError, match=why) as refused:
+        workspace.read("a.tmc")
+    assert refused.value.code == "kind"
 
 
 def test_a_file_that_changed_meanwhile_is_not_overwritten(workspace):

@@ -1,7 +1,7 @@
 """The opened folder: the only files that a page may see.
 
 A path is relative to the folder, with `/` between its parts.  Paths that lead outside, by `..` or by a symbolic
-link, are refused.  Texts are UTF-8, or Latin-1 where they are not; lines may end in LF or CR LF.
+link, are refused.  A text is saved in the encoding in which it was, a new one in UTF-8; lines end in LF or CR LF.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Final, Literal
 
 from tmcm34x.ide.wire import FileEntry, FileText, RefusalError
+from tmcm34x.toolchain.encoding import UTF_8, Encoding, EncodingError, decode, encode
 
 SUFFIXES: Final = frozenset({".tmc", ".inc", ".tml", ".txt", ".toml", ".md", ".csv", ".h"})
 """Files that are shown and may be opened; programs and what lies beside them."""
@@ -94,22 +95,25 @@ class Workspace:
                 raise RefusalError("kind", f"{path} is not a file.")
             if status.st_size > MAX_BYTES:
                 raise RefusalError("size", f"{path} has {status.st_size >> 20} MB: too long to edit here.")
-            text = decode(file.read_bytes())
+            text, _ = decode(file.read_bytes())
         except OSError as error:
             raise RefusalError("file", f"{path}: {error.strerror}") from error
-        if "\0" in text:
-            raise RefusalError("kind", f"{path} is not a text.")
+        except EncodingError as error:
+            raise RefusalError("kind", f"{path}: {error}.") from error
         newline: Literal["\n", "\r\n"] = "\r\n" if "\r\n" in text else "\n"
         return FileText(path, text.replace("\r\n", "\n"), _entry(path, status).stamp, newline)
 
     def write(self, path: str, text: str, stamp: str, newline: str) -> FileEntry:
-        """Save a text, whole or not at all; refuses when the file is no longer the one of `stamp`."""
+        """Save a text, whole or not at all, encoded as the file was.
+
+        Refuses when the file is no longer the one of `stamp`, and a text that its encoding cannot hold.
+        """
         file = self.resolve(path)
         self._expect_suffix(file, path)
-        data = text.replace("\r\n", "\n").replace("\n", newline).encode("utf-8", "replace")
-        if len(data) > MAX_BYTES:
-            raise RefusalError("size", f"{path} would be too long.")
         try:
+            data = _encoded(text.replace("\r\n", "\n").replace("\n", newline), _encoding(file), path)
+            if len(data) > MAX_BYTES:
+                raise RefusalError("size", f"{path} would be too long.")
             if stamp != OVERWRITE and self._stamp(file) != stamp:
                 raise RefusalError("changed", f"{path} was changed outside.")
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -150,12 +154,20 @@ class Workspace:
             return ""
 
 
-def decode(data: bytes) -> str:
-    """A text as editors of any age wrote it."""
+def _encoding(file: Path) -> Encoding:
+    """How a file is stored; UTF-8 where there is none, or none that is a text."""
     try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
+        return decode(file.read_bytes())[1]
+    except (FileNotFoundError, EncodingError):
+        return UTF_8
+
+
+def _encoded(text: str, encoding: Encoding, path: str) -> bytes:
+    try:
+        return encode(text, encoding)
+    except EncodingError as error:
+        cure = "" if encoding.codec == UTF_8.codec else "; replace it, or convert the file to UTF-8 first"
+        raise RefusalError("encoding", f"{path} is not saved: {error}{cure}.") from error
 
 
 def _entry(path: str, status: os.stat_result) -> FileEntry:

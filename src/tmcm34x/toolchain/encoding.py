@@ -54,8 +54,8 @@ def encode(text: str, encoding: Encoding) -> bytes:
     """The bytes of `text` stored like the file that it came from; raises `EncodingError` for other characters."""
     try:
         if encoding.codec == _WINDOWS.codec:
-            return codecs.charmap_encode(text, "strict", _ENCODING)[0]
-        return encoding.mark + text.encode(encoding.codec)
+            return codecs.charmap_encode(_checked(text), "strict", _ENCODING)[0]
+        return encoding.mark + _checked(text).encode(encoding.codec)
     except UnicodeEncodeError as error:
         character = text[error.start]
         raise EncodingError(f"{character!r} is not in {encoding.codec}") from None
