@@ -100,6 +100,37 @@ def test_an_include_outside_the_folder_is_a_diagnostic(tmp_path):
     _go(folder, scenario)
 
 
+def test_an_include_file_is_found_in_any_case_and_judged_as_a_part_of_its_program(tmp_path):
+    path = _write(tmp_path, '#include "Names.INC"\nCSUB Move\nSTOP\n#include "moves.inc"\n')
+    (tmp_path / "names.inc").write_text("Speed = 500\n")
+    (tmp_path / "moves.inc").write_text("Move: ROR 0, Speed\nRSUB\n")
+
+    async def scenario(ide, page):
+        assert (await page.call(wire.Assemble(path)))["problems"] == []
+        part = await page.call(wire.Assemble("moves.inc"))
+        assert part["problems"] == []
+        assert part["listing"]["path"] == path
+        assert part["lines"][:4] == [0, 0, 1, 2]
+        texts = {"moves.inc": "Move: ROR 0, Sped\nRSUB\n"}
+        wrong = await page.call(wire.Assemble("moves.inc", texts))
+        assert [(p["place"]["path"], p["code"]) for p in wrong["problems"]] == [("moves.inc", "E301")]
+        alone = await page.call(wire.Download("moves.inc"))
+        assert [p["code"] for p in alone["problems"] if p["severity"] == "error"] == ["E301"]
+
+    _go(tmp_path, scenario)
+
+
+def test_an_include_file_that_fits_twice_in_another_case_is_not_guessed(tmp_path):
+    path = _write(tmp_path, '#include "NAMES.inc"\nSTOP\n')
+    (tmp_path / "names.inc").write_text("Speed = 500\n")
+    (tmp_path / "Names.inc").write_text("Speed = 400\n")
+
+    async def scenario(ide, page):
+        assert [p["code"] for p in (await page.call(wire.Assemble(path)))["problems"]] == ["E501"]
+
+    _go(tmp_path, scenario)
+
+
 def test_a_program_with_mistakes_is_not_downloaded(tmp_path):
     path = _write(tmp_path, "ROR 0, 1\nNONSENSE 1\n")
 

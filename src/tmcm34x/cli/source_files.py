@@ -18,13 +18,10 @@ from tmcm34x.toolchain.assembler import Assembly, IncludeReader, assemble
 from tmcm34x.toolchain.diagnostics import Diagnostic, render_all
 from tmcm34x.toolchain.encoding import Encoding, EncodingError, decode
 from tmcm34x.toolchain.image import ImageError, unpack_binary, unpack_hex
-from tmcm34x.toolchain.includes import fitting, programs_with
+from tmcm34x.toolchain.includes import MOST_NEIGHBOURS, SOURCES, fitting, programs_with
 
 PROGRAM_SUFFIXES: Final = frozenset({".tmc", ".tmcl"})
 """Files that stand for themselves in a folder."""
-SOURCE_SUFFIXES: Final = frozenset({".tmc", ".tmcl", ".inc", ".txt"})
-_MOST_NEIGHBOURS: Final = 200
-"""Files of a folder that are read to find the program to which an include file belongs."""
 HEX_SUFFIXES: Final = frozenset({".hex", ".ihx", ".ihex"})
 MODELS: Final = ("341", "342", "343")
 _SOURCE_LIMIT: Final = 16 * 1024 * 1024
@@ -164,8 +161,8 @@ def program_of(path: Path) -> Path:
     if is_standard_input(path):
         return path
     files = DiskFiles()
-    names = [name for name in files.names(str(path.parent)) if Path(name).suffix.lower() in SOURCE_SUFFIXES]
-    if len(names) > _MOST_NEIGHBOURS:
+    names = [name for name in files.names(str(path.parent)) if Path(name).suffix.lower() in SOURCES]
+    if len(names) > MOST_NEIGHBOURS:
         return path
     programs = programs_with(path.name, names, lambda name: files.read(str(path.parent / name)))
     return path.parent / next(programs, path.name)

@@ -13,7 +13,7 @@ from typing import Final, Protocol
 
 from tmcm34x.editor.analysis.program import Analysis
 from tmcm34x.toolchain.assembler import assemble
-from tmcm34x.toolchain.includes import fitting, programs_with
+from tmcm34x.toolchain.includes import MOST_NEIGHBOURS, SOURCES, fitting, programs_with
 from tmcm34x.toolchain.linter import DEFAULT, lint
 from tmcm34x.toolchain.parser import Line, parse_line
 
@@ -30,8 +30,6 @@ class Files(Protocol):
         ...
 
 
-_SUFFIXES: Final = frozenset({".tmc", ".tmcl", ".inc", ".txt"})
-_MOST_NEIGHBOURS: Final = 200
 _LONG_LINE: Final = 400
 _CACHED_LINES: Final = 8192
 
@@ -100,12 +98,10 @@ class Workspace:
         if name not in self._owners:
             folder, base = posixpath.split(name)
             names = [
-                other
-                for other in self.files.names(folder)
-                if posixpath.splitext(other)[1].lower() in _SUFFIXES
+                other for other in self.files.names(folder) if posixpath.splitext(other)[1].lower() in SOURCES
             ]
             programs: Iterator[str] = iter(())
-            if len(names) <= _MOST_NEIGHBOURS:
+            if len(names) <= MOST_NEIGHBOURS:
                 programs = programs_with(base, names, lambda other: self._text(posixpath.join(folder, other)))
             self._owners[name] = posixpath.join(folder, next(programs, base))
         owner = self._owners[name]

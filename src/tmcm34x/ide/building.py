@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from tmcm34x.ide import wire
 from tmcm34x.tmcl.datagram import Instruction, pack_record
 from tmcm34x.tmcl.mnemonic import format_instruction
+from tmcm34x.toolchain.includes import MOST_NEIGHBOURS, SOURCES, fitting, programs_with
 
 if TYPE_CHECKING:
     from tmcm34x.ide.workspace import Workspace
@@ -24,26 +25,65 @@ class Built(NamedTuple):
     assembly: Assembly
 
 
-def build(workspace: Workspace, path: str, texts: Mapping[str, str], model: int) -> Built:
-    """Assemble and check `path`; `texts` stand before the files on disk."""
+def build(
+    workspace: Workspace, path: str, texts: Mapping[str, str], model: int, *, as_part: bool = False
+) -> Built:
+    """Assemble and check `path`.
+
+    texts: stand before the files on disk
+    as_part: takes the program in the folder that includes `path`, where there is one
+    """
     from tmcm34x.toolchain.assembler import assemble
     from tmcm34x.toolchain.linter import lint
 
-    def read(name: str) -> str:
-        return texts[name] if name in texts else workspace.read(name).text
+    files = _Files(workspace, texts)
+    assembly = assemble(files.read(path), path, files.include, append_stop=True, model=model)
+    if as_part and (root := files.program_of(path)) != path:
+        whole = assemble(files.read(root), root, files.include, append_stop=True, model=model)
+        assembly = whole if path in whole.sources else assembly
+    findings = (*assembly.diagnostics, *lint(assembly, model=model))
+    listing = _listing(assembly.file, assembly) if assembly.ok else None
+    lines = [code.location.line if code.location.file == path else 0 for code in assembly.code]
+    return Built(wire.Assembled([_problem(item) for item in findings], listing, lines), assembly)
 
-    def include(name: str, including: str) -> tuple[str, str]:
-        found = posixpath.normpath(posixpath.join(posixpath.dirname(including), name.replace("\\", "/")))
+
+class _Files:
+    """The editor's pages, and the files on disk behind them."""
+
+    def __init__(self, workspace: Workspace, texts: Mapping[str, str]) -> None:
+        self._workspace = workspace
+        self._texts = texts
+
+    def read(self, name: str) -> str:
+        """The text of a file; raises `RefusalError` where there is none."""
+        return self._texts[name] if name in self._texts else self._workspace.read(name).text
+
+    def include(self, name: str, including: str) -> tuple[str, str]:
+        """The file that an `#include` names, without regard to case where only one fits."""
+        place = posixpath.normpath(posixpath.join(posixpath.dirname(including), name.replace("\\", "/")))
+        folder, base = posixpath.split(place)
+        found = posixpath.join(folder, fitting(base, self._names(folder)) or base)
+        return found, self._included(found)
+
+    def program_of(self, path: str) -> str:
+        """The program in the folder of `path` that includes it; `path` itself where none does."""
+        folder, base = posixpath.split(path)
+        names = [name for name in self._names(folder) if posixpath.splitext(name)[1].lower() in SOURCES]
+        if len(names) > MOST_NEIGHBOURS:
+            return path
+        programs = programs_with(base, names, lambda name: self._included(posixpath.join(folder, name)))
+        return posixpath.join(folder, next(programs, base))
+
+    def _included(self, name: str) -> str:
         try:
-            return found, read(found)
+            return self.read(name)
         except wire.RefusalError as error:
             raise FileNotFoundError(str(error)) from error
 
-    assembly = assemble(read(path), path, include, append_stop=True, model=model)
-    findings = (*assembly.diagnostics, *lint(assembly, model=model))
-    listing = _listing(path, assembly) if assembly.ok else None
-    lines = [code.location.line if code.location.file == path else 0 for code in assembly.code]
-    return Built(wire.Assembled([_problem(item) for item in findings], listing, lines), assembly)
+    def _names(self, folder: str) -> list[str]:
+        """The files in a folder, those among the pages that are not on disk included."""
+        pages = [base for parent, base in map(posixpath.split, self._texts) if parent == folder]
+        return sorted({*pages, *self._workspace.names(folder)})
 
 
 def identity(program: Sequence[Instruction]) -> str:

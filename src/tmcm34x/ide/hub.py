@@ -194,11 +194,12 @@ class Hub:
 
     # Programs
 
-    async def _build(self, path: str, texts: Mapping[str, str]) -> Built:
-        return await asyncio.to_thread(build, self.workspace, path, texts, self.target.model.number)
+    async def _build(self, path: str, texts: Mapping[str, str], *, as_part: bool = False) -> Built:
+        model = self.target.model.number
+        return await asyncio.to_thread(build, self.workspace, path, texts, model, as_part=as_part)
 
     async def _assemble(self, page: Page, call: wire.Assemble) -> wire.Assembled:
-        return (await self._build(call.path, call.texts)).answer
+        return (await self._build(call.path, call.texts, as_part=True)).answer
 
     async def _download(self, page: Page, call: wire.Download) -> wire.Assembled:
         answer, assembly = await self._build(call.path, call.texts)

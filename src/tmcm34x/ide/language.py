@@ -92,9 +92,4 @@ class Language:
 
     def names(self, folder: str) -> list[str]:
         """The names of the files in a folder inside the opened one."""
-        if not Path(folder).resolve().is_relative_to(self._workspace.folder):
-            return []
-        try:
-            return sorted(path.name for path in Path(folder).iterdir() if path.is_file())
-        except OSError:
-            return []
+        return self._workspace.names(folder)

@@ -57,6 +57,16 @@ class Workspace:
         """How pages call a file inside the folder."""
         return path.relative_to(self.folder).as_posix()
 
+    def names(self, folder: str) -> list[str]:
+        """The names of the files in a folder inside the opened one; none where it cannot be read."""
+        found = (self.folder / folder).resolve()
+        if not found.is_relative_to(self.folder):
+            return []
+        try:
+            return sorted(path.name for path in found.iterdir() if path.is_file())
+        except OSError:
+            return []
+
     def files(self) -> list[FileEntry]:
         """Folders and files, in the order of a tree."""
         entries: list[FileEntry] = []

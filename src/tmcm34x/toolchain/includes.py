@@ -17,6 +17,10 @@ from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS
 
 PARAMETERS: Final = "TMCLParam.tmc"
+SOURCES: Final = frozenset({".tmc", ".tmcl", ".inc", ".txt"})
+"""Suffixes of the files that may include others."""
+MOST_NEIGHBOURS: Final = 200
+"""Files of a folder that are read to find the program to which an include file belongs."""
 _INCLUDE: Final = re.compile(
     r"^[ \t]*#[ \t]*include[ \t]+([^\r\n]+?)[ \t]*(?://.*)?$", re.IGNORECASE | re.MULTILINE
 )
