@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from bench.rigs import rig_of, say
 from tmcm34x.clock import HZ, NEVER, run_until
 from tmcm34x.tmcl.mnemonic import parse_instruction
+from tmcm34x.toolchain.assembler import assemble
 from work import TooMuchError, lines_of
 
 BENCH = """
@@ -86,9 +87,9 @@ def test_a_motor_that_turns_passes_its_target_again_and_again():
 
 
 def test_the_count_ends_what_does_not_end():
-    def parse():
-        return parse_instruction("MVP ABS, 0, 1000")
+    def judge():
+        return assemble("MVP ABS, 0, 1000")
 
-    assert lines_of(parse, LIMIT) > 3
+    assert lines_of(judge, LIMIT) > 3
     with pytest.raises(TooMuchError, match="more than 3 lines"):
-        lines_of(parse, 3)
+        lines_of(judge, 3)

@@ -4,7 +4,7 @@ import random
 import time
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tmcm34x.tmcl.commands import PROGRAM_SIZE
@@ -44,6 +44,7 @@ def through_everything(text, include=None):
     return assembly
 
 
+@example("Start:.A")
 @given(SOURCES)
 @settings(max_examples=80, deadline=None)
 def test_sources_by_the_grammar(text):

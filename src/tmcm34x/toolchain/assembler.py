@@ -489,7 +489,7 @@ class _Assembler:
 
     def unknown_command(self, statement: Command) -> None:
         name, start = statement.mnemonic.upper(), statement.start
-        end = start + len(name)
+        end = min(start + len(name), statement.end)
         number = FOREIGN_COMMANDS.get(name)
         if number is not None:
             owner, instead = sisters.COMMANDS[name]
