@@ -7,7 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS   ?= 2
 SETUP  := pyproject.toml $(wildcard hatch_build.py web/package-lock.json)
 
-.PHONY: run test coverage check bench soak lock web fast pure vsix clean
+.PHONY: run test test-compiled coverage check bench soak lock web fast pure vsix clean
 
 run: $(VENV)/.run
 	$(BIN)/tmcm34x ide examples/manual/5.2-first-program.tmc
@@ -24,6 +24,11 @@ coverage: $(VENV)/.test
 	$(BIN)/coverage combine -q
 	$(BIN)/coverage html -q
 	$(BIN)/coverage json -q -o - | $(BIN)/python .ci/coverage_table.py
+
+# The tests on the compiled core, without those of pages; plain Python again afterwards, also after a failure.
+ON_BOTH := tests
+test-compiled: fast
+	$(BIN)/pytest -n $(JOBS) --dist worksteal --ignore=$(PAGES) $(ON_BOTH); status=$$?; $(BIN)/python hatch_build.py --no-core; exit $$status
 
 check: $(VENV)/.test
 	$(BIN)/ruff check .

@@ -32,7 +32,7 @@ WEB = ROOT / "web"
 OUT = ROOT / "src" / "tmcm34x" / "ide" / "static"
 STAMP = OUT / ".sources"
 
-CORE = ("clock.py", "board", "chips")
+CORE = ("clock.py", "chips", "tmcl", "world")
 """Modules and packages below src/tmcm34x that are compiled."""
 CORE_CHOICE = "TMCM34X_CORE"
 """Environment variable: "python" or "compiled"; a wheel tries to compile when it is not set."""
@@ -86,6 +86,7 @@ def core_sources() -> list[Path]:
 
 def compile_core(work: Path) -> dict[str, Path]:
     """Compile the core below `work`; the extension modules by their names below src.  Raises `CoreError`."""
+    shutil.rmtree(work / "lib", ignore_errors=True)
     command = [sys.executable, str(Path(__file__).resolve()), "--extensions", str(work)]
     result = subprocess.run(command, cwd=SOURCE, capture_output=True, text=True, check=False)
     if result.returncode:
@@ -108,7 +109,12 @@ def _build_extensions(work: Path) -> None:
     except ImportError as error:
         raise CoreError(f"mypyc is not installed: {error}") from error
     names = [str(path.relative_to(SOURCE)) for path in core_sources()]
-    options = ["--follow-imports=silent", "--ignore-missing-imports", "--no-error-summary"]
+    options = [
+        f"--cache-dir={work / 'cache'}",
+        "--follow-imports=silent",
+        "--ignore-missing-imports",
+        "--no-error-summary",
+    ]
     extensions = mypycify([*options, *names], opt_level="3", target_dir=str(work / "c"))
     arguments = ["build_ext", f"--build-lib={work / 'lib'}", f"--build-temp={work / 'temp'}"]
     setup(name="tmcm34x-core", packages=[], ext_modules=extensions, script_args=arguments)
