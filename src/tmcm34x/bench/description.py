@@ -16,6 +16,7 @@ from msgspec import Meta
 
 from tmcm34x.bench.rig import BenchError
 from tmcm34x.chips.tmc246 import FAULTS
+from tmcm34x.files import parse_toml, read_text
 from tmcm34x.world.load import Carriage as CarriageLoad
 from tmcm34x.world.load import Turntable as TurntableLoad
 from tmcm34x.world.motor import Motor as MotorModel
@@ -328,7 +329,7 @@ class Bench(Struct, frozen=True):
 def parse(text: str) -> Bench:
     """The description in the text of a bench file.  Raises `BenchError` with the path to what is wrong."""
     try:
-        table = tomllib.loads(text)
+        table = parse_toml(text)
         _check_numbers(table, "")
         return msgspec.convert(table, Bench)
     except tomllib.TOMLDecodeError as error:
@@ -340,7 +341,7 @@ def parse(text: str) -> Bench:
 def read(path: str | Path) -> Bench:
     """The description in a bench file.  Raises `BenchError`."""
     try:
-        return parse(Path(path).read_text("utf-8"))
+        return parse(read_text(Path(path)))
     except OSError as error:
         raise BenchError(f"{path}: {error.strerror}") from error
     except UnicodeDecodeError as error:

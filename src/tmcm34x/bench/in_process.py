@@ -141,7 +141,9 @@ def _rig(url: Url) -> Rig:
 def _read(path: str) -> bytes:
     from pathlib import Path
 
+    from tmcm34x.files import read_bytes
+
     try:
-        return Path(path).read_bytes()
+        return read_bytes(Path(path))
     except OSError as error:
         raise EepromError(f"{path}: {error.strerror}") from error

@@ -9,6 +9,7 @@ from typing import IO, Any, Final, NamedTuple
 from tmcm34x.bench.session.errors import SessionSyntaxError
 from tmcm34x.capture import candump, hexlog, pcapng, session_file
 from tmcm34x.capture.record import NO_IDENTIFIER, Record, RecordingError
+from tmcm34x.files import read_bytes
 
 PCAPNG_MAGIC: Final = bytes.fromhex("0a0d0d0a")
 
@@ -53,7 +54,7 @@ BY_SUFFIX: Final = {form.suffix: form for form in FORMS}
 def read(path: Path) -> list[Record]:
     """The records of a file, in the order of time.  Raises `RecordingError`."""
     try:
-        data = path.read_bytes()
+        data = read_bytes(path)
         records = _read(data, path)
     except OSError as error:
         raise RecordingError(f"{path}: {error.strerror}") from None

@@ -15,6 +15,7 @@ import click
 
 from tmcm34x.cli import CliError
 from tmcm34x.cli.link_options import LOOPBACK
+from tmcm34x.files import read_bytes
 
 Request = dict[str, Any]
 
@@ -173,7 +174,7 @@ def _connect(control: str) -> socket.socket:
 
 def _read(path: str) -> str:
     try:
-        return base64.b64encode(Path(path).read_bytes()).decode()
+        return base64.b64encode(read_bytes(Path(path))).decode()
     except OSError as error:
         raise CliError(f"{path}: {error.strerror}") from error
 

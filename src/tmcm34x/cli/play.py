@@ -16,7 +16,7 @@ from tmcm34x.bench.session.player import CAN, SERIAL, Player
 from tmcm34x.bench.session.runner import Result, moving_line, run, run_real
 from tmcm34x.cli import CliError
 from tmcm34x.cli.source_files import MODELS as MODEL_NAMES
-from tmcm34x.cli.source_files import read_bytes, write
+from tmcm34x.cli.source_files import is_folder, read_bytes, write
 
 if TYPE_CHECKING:
     from tmcm34x.host.connection import Connection
@@ -113,7 +113,7 @@ def _load(paths: Sequence[Path]) -> tuple[list[Case], list[SessionError]]:
 
 def _files(paths: Sequence[Path]) -> Iterator[Path]:
     for path in paths:
-        if not path.is_dir():
+        if not is_folder(path):
             yield path
             continue
         found = sorted(path.rglob(f"*{SUFFIX}"))

@@ -12,6 +12,7 @@ from typing import Final
 
 import click
 
+from tmcm34x import files
 from tmcm34x.cli import CliError
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import Assembly, IncludeReader, assemble
@@ -50,7 +51,7 @@ model_option = click.option(
 def sources(paths: Iterable[Path]) -> Iterator[Path]:
     """The files that arguments name: each folder's sources in the place of the folder."""
     for path in paths:
-        if not path.is_dir():
+        if not is_folder(path):
             yield path
             continue
         found = sorted(
@@ -59,6 +60,14 @@ def sources(paths: Iterable[Path]) -> Iterator[Path]:
         if not found:
             raise CliError(f"{path}: no TMCL sources in this folder ({', '.join(sorted(PROGRAM_SUFFIXES))})")
         yield from found
+
+
+def is_folder(path: Path) -> bool:
+    """Whether an argument names a folder; a name that the system does not take is left to whoever reads it."""
+    try:
+        return path.is_dir()
+    except OSError:
+        return False
 
 
 def is_standard_input(path: Path) -> bool:
@@ -73,7 +82,7 @@ def read_bytes(path: Path) -> bytes:
     try:
         if path.stat().st_size > _SOURCE_LIMIT:
             raise CliError(f"{path}: larger than {_SOURCE_LIMIT >> 20} MB")
-        return path.read_bytes()
+        return files.read_bytes(path)
     except (OSError, ValueError) as error:
         raise CliError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
 

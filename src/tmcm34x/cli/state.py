@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from tmcm34x.bench.snapshot import SnapshotError
 from tmcm34x.cli import CliError
+from tmcm34x.files import read_bytes
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
@@ -25,7 +26,7 @@ def write(path: Path, rig: Rig) -> None:
 def read(path: Path, rig: Rig, program: Sequence[Instruction], file: Path) -> None:
     """Bring `rig` to the state in a file, whose first module must hold `program`, read from `file`."""
     try:
-        rig.restore(path.read_bytes())
+        rig.restore(read_bytes(path))
     except OSError as error:
         raise CliError(f"{path}: {error.strerror}") from None
     except SnapshotError as error:

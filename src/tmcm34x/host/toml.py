@@ -12,6 +12,7 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final, cast
 
+from tmcm34x.files import parse_toml
 from tmcm34x.host.exceptions import FileError
 
 _HEADER: Final = re.compile(r"\s*\[{1,2}\s*([^\[\]]+?)\s*\]{1,2}\s*(?:#.*)?\Z")
@@ -57,7 +58,7 @@ class Document:
         self.path = path
         self._lines = text.splitlines()
         try:
-            self.root: dict[str, Any] = tomllib.loads(text)
+            self.root: dict[str, Any] = parse_toml(text)
         except tomllib.TOMLDecodeError as error:
             raise self._syntax(str(error)) from error
 

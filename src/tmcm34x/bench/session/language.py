@@ -17,6 +17,7 @@ from tmcm34x.bench.session.phrase import NUMBER, LineError, nearest, read_number
 from tmcm34x.bench.session.player import CAN, SERIAL, Step
 from tmcm34x.bench.session.world import EVENTS, MEASUREMENTS
 from tmcm34x.clock import HZ, MS
+from tmcm34x.files import read_text
 
 MODELS: Final = frozenset({341, 342, 343})
 KINDS: Final = {"memory": SERIAL, "pty": SERIAL, "tcp": SERIAL, "can": CAN, "slcan": CAN}
@@ -66,7 +67,7 @@ class Case:
 def load(path: Path) -> list[Case]:
     """The cases of a session file.  Raises `SessionSyntaxError`."""
     try:
-        return parse(path.read_text("utf-8"), path)
+        return parse(read_text(path), path)
     except OSError as error:
         raise SessionSyntaxError(str(path), 0, 0, error.strerror or "cannot be read") from None
     except UnicodeDecodeError:
@@ -181,7 +182,7 @@ def _read_links(case: Case, text: str) -> None:
 
 def _read_bench(case: Case, text: str) -> None:
     try:
-        case.bench = (case.path.parent / text).read_text("utf-8")
+        case.bench = read_text(case.path.parent / text)
     except (OSError, UnicodeDecodeError) as error:
         raise LineError(f"{text}: {getattr(error, 'strerror', None) or 'not a text file'}") from None
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from tmcm34x import files
 from tmcm34x.cli import CliError
 
 if TYPE_CHECKING:
@@ -143,7 +144,7 @@ def save(path: Path, text: str) -> None:
 def read_text(path: Path) -> str:
     """The text of a file.  Raises `CliError`."""
     try:
-        return path.read_text(encoding="utf-8")
+        return files.read_text(path)
     except OSError as error:
         raise CliError(f"{path}: {error.strerror}") from error
     except UnicodeDecodeError as error:
