@@ -403,3 +403,17 @@ def test_a_state_that_does_not_fit_is_one_line(run):
     assert status == 2
     assert len(err.splitlines()) == 1
     assert run(LONG, "--from-state", "missing.state")[2] == "missing.state: No such file or directory"
+
+
+@pytest.mark.parametrize(
+    ("options", "position"), [((), 100), (("--model", 342), 200), (("--bench", "b.toml"), 300)]
+)
+def test_conditions_ask_for_the_model_that_runs(run, tmp_path, options, position):
+    (tmp_path / "b.toml").write_text("[[module]]\nmodel = 341\n")
+    text = (
+        "Goal = 100\n#if MODEL == 342\nGo: MVP ABS, 0, 200\n#else\n#if MODEL == 341\nMVP ABS, 0, 300\n"
+        "#else\nMVP ABS, 0, Goal\n#endif\n#endif\nWAIT POS, 0, 0\nSTOP\n"
+    )
+    status, result = summary(run, text, *options)
+    assert status == 0
+    assert result["motors"][0]["position"] == position

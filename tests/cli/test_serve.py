@@ -473,3 +473,12 @@ def test_at_speed_0_a_slow_motor_keeps_no_host_waiting(serve, speed):
         for _ in range(20):
             assert client.ask(6, 2, 0).value == speed
         assert client.ask(3, 0).status == 100
+
+
+@pytest.mark.parametrize(("model", "value"), [(342, 42), (343, 43)])
+def test_conditions_ask_for_the_model_that_is_served(serve, tmp_path, wait_for, model, value):
+    path = tmp_path / "program.tmc"
+    path.write_text("#if MODEL == 342\nSGP 10, 2, 42\n#else\nSGP 10, 2, 43\n#endif\nSTOP\n")
+    served = serve("--tcp", 0, "--model", model, "--program", path, "--run")
+    with Socket(served.tcp) as client:
+        assert wait_for(lambda: client.ask(10, 10, 2).value == value)

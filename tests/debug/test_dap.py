@@ -561,7 +561,7 @@ COMMANDS = (
     )
 )
 def test_any_requests_in_any_order_get_one_response_each(requests):
-    def read_program(path, _include):
+    def read_program(path, _include, _model):
         return assemble(PROGRAM, path)
 
     editor = Editor(SERVICES._replace(read_program=read_program))
@@ -661,3 +661,12 @@ def test_errors_of_values_are_shown_in_their_place_and_others_in_a_dialog(file):
         )
     }
     assert shown == {"evaluate": False, "setExpression": False, "dance": True}
+
+
+@pytest.mark.parametrize(("model", "value"), [(341, 43), (342, 42), (343, 43)])
+def test_conditions_ask_for_the_model_that_is_launched(tmp_path, model, value):
+    file = tmp_path / "program.tmc"
+    file.write_text("#if MODEL == 342\nSGP 10, 2, 42\n#else\nSGP 10, 2, 43\n#endif\nSTOP\n")
+    editor = launched(file, 6, model=model, stopOnEntry=True)
+    assert editor.go() == "breakpoint"
+    assert editor.value("gp[10]") == str(value)

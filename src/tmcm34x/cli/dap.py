@@ -154,12 +154,12 @@ def _take(adapter: Adapter, framing: Framing, data: bytes) -> None:
         raise
 
 
-def _read_program(path: str, include: Sequence[str]) -> Assembly:
+def _read_program(path: str, include: Sequence[str], model: int) -> Assembly:
     try:
         file = Path(path)
         if file.suffix.lower() == ".bin" or is_hex(file):
             return assemble(disassemble(read_image(file)), f"{file.name}.tmc")
-        return assemble_file(file, [Path(folder) for folder in include])
+        return assemble_file(file, [Path(folder) for folder in include], model=model)
     except CliError as error:
         raise RequestError(error.format_message()) from None
 

@@ -164,11 +164,12 @@ def command(**options: Any) -> int:
     ran past its end, 4 when an expectation of the bench file failed, 130 when interrupted.
     """
     file = Path(options["file"])
-    program, assembly = _read_program(file, options["include_path"], append_stop=options["append_stop"])
+    rig = _make_rig(options)
+    program, assembly = _read_program(file, options, rig.modules[0].board.model.number)
     if program is None:
         return 1
+    rig.modules[0].eeprom.write_program(program)
     earlier = coverage.check(options, assembly)
-    rig = _make_rig(options, program)
     if options["from_state"]:
         state.read(options["from_state"], rig, program, options["file"])
     counts = Counts() if options["coverage_file"] or options["profile"] else None
@@ -282,18 +283,18 @@ def _watch(rig: Rig, recording: Recording) -> Watch | None:
 
 
 def _read_program(
-    path: Path, include_path: tuple[Path, ...], *, append_stop: bool
+    path: Path, options: dict[str, Any], model: int
 ) -> tuple[tuple[Instruction, ...] | None, Assembly | None]:
     """The program, and its assembly if it is source; mistakes are printed."""
     if path.suffix.lower() == ".bin" or is_hex(path):
         return read_image(path), None
-    assembly = assemble_file(path, include_path, append_stop=append_stop)
+    assembly = assemble_file(path, options["include_path"], append_stop=options["append_stop"], model=model)
     print_diagnostics(assembly.diagnostics, assembly.sources)
     return (assembly.program if assembly.ok else None), assembly
 
 
-def _make_rig(options: dict[str, Any], program: tuple[Instruction, ...]) -> Rig:
-    """The bench, with the program in the memory of its first module."""
+def _make_rig(options: dict[str, Any]) -> Rig:
+    """The bench, with what the options set in its first module."""
     if options["bench"] is None:
         rig = simple_rig(int(options["model"] or MODELS[-1]), seed=options["seed"])
     else:
@@ -311,7 +312,6 @@ def _make_rig(options: dict[str, Any], program: tuple[Instruction, ...]) -> Rig:
     parameter_options.apply(options["parameters"], rig)
     if options["user_functions"]:
         user_functions.attach(options["user_functions"], rig.modules, _report)
-    module.eeprom.write_program(program)
     for number, value in options["variables"]:
         module.program.variables[number] = value
     return rig

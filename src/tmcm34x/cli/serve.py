@@ -8,7 +8,7 @@ import errno
 import gc
 import os
 import stat
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TextIO
@@ -156,12 +156,11 @@ def command(context: click.Context, **options: Any) -> int:
     Prints one line for each link when it can be used, such as `ready pty /dev/pts/5`, and serves until it is
     interrupted.  Without a link, opens a pseudo terminal.
     """
-    program = None if options["program"] is None else _program(options["program"])
     with contextlib.ExitStack() as stack:
         stack.callback(_ERRORS.close)
         stack.callback(_OUTPUT.close)
         log = _record(options["record"], _open_log(options["log_telegrams"], stack), stack)
-        rig, stores = _build(context, options, program, stack)
+        rig, stores = _build(context, options, stack)
         server = Server(
             rig,
             speed=options["speed"],
@@ -207,10 +206,7 @@ def _make_links(options: dict[str, Any]) -> list[Link]:
 
 
 def _build(
-    context: click.Context,
-    options: dict[str, Any],
-    program: Sequence[Instruction] | None,
-    stack: contextlib.ExitStack,
+    context: click.Context, options: dict[str, Any], stack: contextlib.ExitStack
 ) -> tuple[Rig, list[Store]]:
     """The modules with their memories, and what keeps these in files."""
     files = [open_eeprom(path, _report) for path in options["eeproms"]]
@@ -231,8 +227,8 @@ def _build(
     if options["user_functions"]:
         user_functions.attach(options["user_functions"], rig.modules, _report)
     module = rig.modules[0]
-    if program is not None:
-        module.eeprom.write_program(program)
+    if options["program"] is not None:
+        module.eeprom.write_program(_program(options["program"], module.board.model.number))
         module.reset()
     if options["run"]:
         module.program.run(0)
@@ -264,10 +260,10 @@ def _load_bench(context: click.Context, options: dict[str, Any], eeproms: list[E
     return load(options["bench"], eeproms)
 
 
-def _program(path: Path) -> tuple[Instruction, ...]:
+def _program(path: Path, model: int) -> tuple[Instruction, ...]:
     from tmcm34x.cli.source_files import read_program
 
-    return read_program(path)
+    return read_program(path, model=model)
 
 
 def _open_log(path: str | None, stack: contextlib.ExitStack) -> TelegramLog | None:

@@ -187,12 +187,12 @@ def assemble_file(
 
 
 def read_program(
-    path: Path, include_path: Sequence[Path] = (), *, append_stop: bool = True
+    path: Path, include_path: Sequence[Path] = (), *, append_stop: bool = True, model: int = 343
 ) -> tuple[Instruction, ...]:
     """The program in a source file or an image; mistakes are printed and end the command with status 1."""
     if path.suffix.lower() == ".bin" or is_hex(path):
         return read_image(path)
-    assembly = assemble_file(path, include_path, append_stop=append_stop)
+    assembly = assemble_file(path, include_path, append_stop=append_stop, model=model)
     if not assembly.ok:
         print_diagnostics(assembly.diagnostics, assembly.sources)
         raise click.exceptions.Exit(1)

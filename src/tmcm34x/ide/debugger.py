@@ -315,7 +315,7 @@ def _response(request: Message, error: str = "") -> Message:
     return message | ({"message": error} if error else {})
 
 
-def _no_program(path: str, include: object) -> NoReturn:
+def _no_program(path: str, include: object, model: int) -> NoReturn:
     raise RequestError("the IDE's module has a program already: download another one")
 
 

@@ -27,13 +27,13 @@ _MODELS: Final = tuple(MODELS)
 class Services(NamedTuple):
     """What the adapter needs of its owner.
 
-    read_program: the assembly of a source or an image, by path and include folders; raises `RequestError`
+    read_program: the assembly of a source or an image, by path, include folders and model; raises `RequestError`
     pace: makes a pacing of a speed
     live: opens the module of the adapter's owner, for `attach` without a port
     folder: where relative file names begin
     """
 
-    read_program: Callable[[str, Sequence[str]], Assembly]
+    read_program: Callable[[str, Sequence[str], int], Assembly]
     pace: Callable[[float], Pacing]
     live: Callable[[Listener], Session] | None = None
     folder: Path = Path()
@@ -60,7 +60,8 @@ class Launcher:
     def launch(self, arguments: m.Launch) -> BenchSession:
         """Assemble a program and put it into a module with a bench of its own."""
         rig = _make_rig(arguments)
-        assembly = self._read_program(arguments.program, arguments.include)
+        model = rig.modules[0].board.model.number
+        assembly = self._read_program(arguments.program, arguments.include, model)
         rig.modules[0].eeprom.write_program(assembly.program)
         pace = self._services.pace(arguments.speed)
         build = None if arguments.no_debug else partial(_make_rig, arguments)
@@ -70,7 +71,7 @@ class Launcher:
         """Run control over a module as it is, with a program's source where it is named."""
         session = self._live() if arguments.port is None else self._connect(arguments)
         if arguments.program is not None:
-            self._read_program(arguments.program, arguments.include)
+            self._read_program(arguments.program, arguments.include, session.model)
             self._compare(arguments.program, session)
         elif self._sources.text is None:
             self._sources.take_memory(session.memory())
@@ -116,8 +117,8 @@ class Launcher:
         if tuple(session.memory()[: len(program)]) != program:
             self._output(f"The module holds another program than {path}: lines may not fit.", "stderr")
 
-    def _read_program(self, path: str, include: Sequence[str]) -> Assembly:
-        assembly = self._services.read_program(path, include)
+    def _read_program(self, path: str, include: Sequence[str], model: int) -> Assembly:
+        assembly = self._services.read_program(path, include, model)
         for item in assembly.diagnostics:
             place = item.location
             kind = "stderr" if item.severity == "error" else "console"

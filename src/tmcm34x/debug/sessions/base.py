@@ -61,6 +61,11 @@ class Session(Protocol):
     """Hold after a command that the module refuses."""
 
     @property
+    def model(self) -> int:
+        """Type of the module: 341, 342 or 343."""
+        ...
+
+    @property
     def unbreakable(self) -> str:
         """Why the program cannot be held at breakpoints; empty where it can."""
         ...

@@ -45,6 +45,11 @@ class LocalSession:
         self._error: ProgramError | None = self.program.last_error
 
     @property
+    def model(self) -> int:
+        """Type of the module: 341, 342 or 343."""
+        return self.module.board.model.number
+
+    @property
     def stop(self) -> Stop | None:
         """Why the program is held; None while it is not."""
         return self._stop

@@ -19,7 +19,7 @@ from tmcm34x.debug.reverse import Write
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Frame, Listener, Text
 from tmcm34x.debug.view import View
 from tmcm34x.debug.watches import Watch
-from tmcm34x.host import Connection, Program, RefusedError
+from tmcm34x.host import Connection, Module, Program, RefusedError
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -62,6 +62,11 @@ class RemoteSession:
         self._goal: int | None = None
         """A step ends when `_depth` is no more than this."""
         self.controlled()
+
+    @property
+    def model(self) -> int:
+        """Type of the module: 341, 342 or 343; the module is asked."""
+        return Module(self.connection).model
 
     def execute(self, instruction: Instruction) -> tuple[int, int]:
         """Have a command executed; a `HostError` where no answer comes."""
