@@ -329,11 +329,16 @@ class Bench(Struct, frozen=True):
 def parse(text: str) -> Bench:
     """The description in the text of a bench file.  Raises `BenchError` with the path to what is wrong."""
     try:
-        table = parse_toml(text)
-        _check_numbers(table, "")
-        return msgspec.convert(table, Bench)
+        return from_table(parse_toml(text))
     except tomllib.TOMLDecodeError as error:
         raise BenchError(str(error)) from error
+
+
+def from_table(table: dict[str, object]) -> Bench:
+    """The description in the table of a bench file.  Raises `BenchError` with the path to what is wrong."""
+    _check_numbers(table, "")
+    try:
+        return msgspec.convert(table, Bench)
     except msgspec.ValidationError as error:
         raise BenchError(_with_path_first(str(error))) from error
 

@@ -34,6 +34,7 @@ SUB_COMMANDS: Final = (
     SubCommand("serve", "tmcm34x.cli.serve", "Serve a virtual module on serial ports and sockets."),
     SubCommand("bench", "tmcm34x.cli.bench", "Control the bench of a running `serve --control`."),
     SubCommand("run", "tmcm34x.cli.run", "Run a TMCL program in virtual time."),
+    SubCommand("sweep", "tmcm34x.cli.sweep", "Run a program many times with values that change."),
     SubCommand("play", "tmcm34x.cli.play", "Play sessions against a virtual or a real module."),
     SubCommand("record", "tmcm34x.cli.record", "Record the telegrams between a host and a module."),
     SubCommand("show", "tmcm34x.cli.show", "Show a recording, or write it in another form."),

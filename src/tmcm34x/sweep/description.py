@@ -1,0 +1,122 @@
+"""The sweep file: what its tables and keys mean."""
+
+from __future__ import annotations
+
+import tomllib
+from math import isfinite
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+from tmcm34x.files import parse_toml, read_text
+
+Number = int | float
+
+
+class SweepError(ValueError):
+    """A sweep that cannot be done; one line."""
+
+
+class Struct(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """A table of the file; unknown keys are errors."""
+
+
+class Range(Struct, frozen=True):
+    """Values at equal distances, both ends included."""
+
+    low: float
+    high: float
+    count: Annotated[int, Meta(ge=1, le=100_000)]
+
+
+class Vary(Struct, frozen=True):
+    """What changes from run to run, and its values.
+
+    what: a constant of the source; `ap[n][motor]`, `gp[n]`, `gp[n][bank]` and what else the debugger can assign to;
+        a path into the bench file such as `bench.module[0].axis[0].load.mass_kg`; `seed`
+    name: of its column; `what` unless given
+    """
+
+    what: Annotated[str, Meta(min_length=1)]
+    values: Annotated[list[Number], Meta(min_length=1)] | Range
+    name: str = ""
+
+    @property
+    def column(self) -> str:
+        """The name of its column."""
+        return self.name or self.what
+
+
+class Sweep(Struct, frozen=True):
+    """The whole file.
+
+    program: TMCL source, beside the sweep file
+    vary: the rows are all combinations; the last one changes fastest
+    figures: expressions of the debugger at the end of each run, by the names of their columns
+    until_s: simulated time by which a run must be over
+    bench: bench file, beside the sweep file; bare motors without it
+    model: of the module without a bench
+    stop: expression of the debugger that ends a run when it is not 0
+    """
+
+    program: str
+    vary: Annotated[list[Vary], Meta(min_length=1)]
+    figures: Annotated[dict[str, str], Meta(min_length=1)]
+    until_s: Annotated[float, Meta(gt=0, le=1e7)]
+    title: str = ""
+    bench: str | None = None
+    model: Literal[341, 342, 343] = 343
+    stop: str | None = None
+
+
+def parse(text: str) -> Sweep:
+    """The sweep in the text of a file; raises `SweepError` with the path to what is wrong."""
+    try:
+        sweep = msgspec.convert(parse_toml(text), Sweep)
+    except tomllib.TOMLDecodeError as error:
+        raise SweepError(str(error)) from None
+    except msgspec.ValidationError as error:
+        raise SweepError(_with_path_first(str(error))) from None
+    _check(sweep)
+    return sweep
+
+
+def read(path: Path) -> Sweep:
+    """The sweep in a file; raises `SweepError`."""
+    try:
+        return parse(read_text(path))
+    except OSError as error:
+        raise SweepError(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise SweepError(f"{path}: not a text file in UTF-8") from None
+    except SweepError as error:
+        raise SweepError(f"{path}: {error}") from None
+
+
+def _check(sweep: Sweep) -> None:
+    """What the limits of a struct do not catch."""
+    seen = {"row", "ending", "error"}
+    columns = [(f"vary[{n}]", vary.column) for n, vary in enumerate(sweep.vary)]
+    for path, column in [*columns, *((f"figures.{name}", name) for name in sweep.figures)]:
+        if column in seen:
+            raise SweepError(f"{path}: there are two columns named {column}; give one a name of its own")
+        seen.add(column)
+    numbers = [(f"vary[{n}].values", value) for n, vary in enumerate(sweep.vary) for value in _numbers(vary)]
+    for path, value in [*numbers, ("until_s", sweep.until_s)]:
+        if not isfinite(value):
+            raise SweepError(f"{path}: {value} is not a number for a sweep")
+
+
+def _numbers(vary: Vary) -> list[Number]:
+    values = vary.values
+    return [values.low, values.high] if isinstance(values, Range) else values
+
+
+def _with_path_first(message: str) -> str:
+    """The validator's message with its path in front: ``vary[1].values: expected ...``."""
+    problem, _, path = message.partition(" - at `$")
+    path = path.rstrip("`").lstrip(".")
+    problem = problem[0].lower() + problem[1:].replace("`", "")
+    return f"{path}: {problem}" if path else problem

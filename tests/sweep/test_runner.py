@@ -1,0 +1,61 @@
+"""The processes of a sweep, when one is lost."""
+
+import os
+import signal
+
+from tmcm34x.sweep import runner
+from tmcm34x.sweep.description import parse
+from tmcm34x.sweep.plan import Job, rows
+from tmcm34x.sweep.single import result_of
+from tmcm34x.sweep.sources import gather
+from tmcm34x.toolchain.assembler import no_includes
+
+SWEEP = """
+program = "p.tmc"
+until_s = 100
+[[vary]]
+what = "Way"
+values = { low = 100, high = 800, count = 8 }
+[figures]
+distance = "distance[0]"
+"""
+PROGRAM = "Way = 1\n MVP ABS, 0, Way\n WAIT POS, 0, 0\n STOP\n"
+
+
+def job():
+    return Job(parse(SWEEP), gather(PROGRAM, "p.tmc", no_includes, 343), None)
+
+
+def test_results_are_those_of_the_runs_alone():
+    work = job()
+    planned = rows(work.sweep)
+    assert [row[0] for row in planned] == [100, 200, 300, 400, 500, 600, 700, 800]
+    alone = {number: result_of(work, row) for number, row in enumerate(planned)}
+    assert dict(runner.results(work, planned, range(8), 2)) == alone
+    assert [result.figures for result in alone.values()] == planned
+
+
+class DeadlyRow(tuple):
+    """A row whose arrival ends the process."""
+
+    __slots__ = ()
+
+    def __reduce__(self):
+        return os.kill, (_PidOfReader(), signal.SIGKILL)
+
+
+class _PidOfReader:
+    def __reduce__(self):
+        return os.getpid, ()
+
+
+def test_a_lost_process_fails_its_row_alone():
+    work = job()
+    planned = rows(work.sweep)
+    deadly = [DeadlyRow(row) if number == 3 else row for number, row in enumerate(planned)]
+    found = dict(runner.results(work, deadly, range(8), 2))
+    assert sorted(found) == list(range(8))
+    assert "process" in found[3].error
+    assert [found[number].figures for number in range(8) if number != 3] == [
+        row for number, row in enumerate(planned) if number != 3
+    ]
