@@ -12,7 +12,7 @@ HEAD = """\
 
 A bench file says what hangs on one or several modules that share a line: motors, what they drive, switches,
 encoders, signals on the inputs, devices on the SPI bus. `tmcm34x serve --bench FILE` and `tmcm34x run --bench FILE`
-take it; in Python it is `tmcm34x.bench.load(path)`. It is TOML; a mistake is told in one line with the path to it,
+take it; in Python it is `tmcm34x.bench.load(path)`. It is TOML; a mistake is reported in one line with the path to it,
 such as `module[1].axis[0].switch.left.position: expected float, got str`. Ready ones are in `examples/benches/`.
 
 ```toml

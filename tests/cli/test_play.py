@@ -126,7 +126,7 @@ def test_a_motion_is_asked_for(serve, session):
     result = play(path, "--port", f"tcp://{served.tcp}")
     assert (result.returncode, result.stderr) == (
         2,
-        "tmcm34x play: sessions that may move motors are played with --yes only, when nobody can be asked\n",
+        "tmcm34x play: sessions that may move motors need --yes where there is no terminal to ask on\n",
     )
     assert f"{path}:2: > MVP ABS, 0, 5000: may move a motor" in result.stdout
 

@@ -84,7 +84,7 @@ _OPTIONS: Final = (
         multiple=True,
         type=TcpAddress(),
         metavar="[HOST:]PORT",
-        help="Telegrams over a socket, on loopback unless told otherwise; port 0 picks one.",
+        help="Telegrams over a socket, on loopback by default; port 0 picks one.",
     ),
     click.option(
         "--slcan",

@@ -186,7 +186,7 @@ def _ask(cases: Iterable[Case], model: int, options: dict[str, Any]) -> None:
     case, step = moving[0]
     click.echo(f"{case.path}:{step.line}: {step.text}: may move a motor of the module at {options['port']}.")
     if not sys.stdin.isatty():
-        raise CliError("sessions that may move motors are played with --yes only, when nobody can be asked")
+        raise CliError("sessions that may move motors need --yes where there is no terminal to ask on")
     if not click.confirm(f"Play {len(moving)} such sessions?"):
         raise click.Abort
 

@@ -54,7 +54,7 @@ Examples:
     multiple=True,
     type=TcpAddress(),
     metavar="[HOST:]PORT",
-    help="A socket for the host, on loopback unless told otherwise.",
+    help="A socket for the host, on loopback by default.",
 )
 @click.option(
     "--slcan", is_flag=True, help="The module's side is a CAN adapter that speaks SLCAN; record frames."

@@ -64,7 +64,7 @@ Examples:
 @click.option(
     "--strict-baud",
     is_flag=True,
-    help="Hear a client on a pseudo terminal only at the bit rate of global parameter 65.",
+    help="Accept clients on a pseudo terminal only at the bit rate of global parameter 65.",
 )
 @click.option(
     "--eeprom",

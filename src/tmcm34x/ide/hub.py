@@ -336,7 +336,7 @@ class Hub:
     @property
     def _bench(self) -> Virtual:
         if not isinstance(self.target, Virtual):
-            raise wire.RefusalError("real", "This is a real module: its surroundings are in your hands.")
+            raise wire.RefusalError("real", "Not available on a real module.")
         return self.target
 
     async def _set_bench(self, page: Page, call: wire.SetBench) -> None:

@@ -150,7 +150,7 @@ def test_a_finger_jogs_and_drags_without_selecting_text(ide: Ide, chromium: Brow
     touch(finger, "touchEnd")
     load = page.get_by_role("slider", name="Load of motor 0")
     until(page, lambda: int(load.input_value()) > 10)
-    page.get_by_role("button", name="let go").click()
+    page.get_by_role("button", name="release", exact=True).click()
     expect(load).to_have_value("0")
     assert page.evaluate("getSelection().toString()") == ""
     context.close()

@@ -148,7 +148,7 @@ def test_a_stall_is_set_up_by_hand(page: Page):
     choose(page, "Stall threshold", str(free + 1))
     until(page, lambda: figure(page, 0, "speed") == 0)
     choose(page, "Stall threshold", "0")
-    page.get_by_role("button", name="let go").click()
+    page.get_by_role("button", name="release", exact=True).click()
 
 
 def test_ways_are_converted(page: Page):

@@ -305,7 +305,7 @@ async function askWhy(motor: number): Promise<void> {
     const found = await ask({ call: "why", motor });
     if (!found) return;
     const lines = [...found.reasons, ...found.unknown.map((text) => `Not known: ${text}`)];
-    await choose(`Why motor ${motor} does not turn`, lines.length ? lines.join("\n\n") : "Nothing keeps it: it has not been told to move, or it turns.", []);
+    await choose(`Why motor ${motor} does not turn`, lines.length ? lines.join("\n\n") : "Nothing blocks it: no move was commanded, or it is turning.", []);
 }
 
 function endSearch(motor: number): Promise<unknown> {

@@ -45,7 +45,7 @@ export function StopSwitch({ motor, side }: { motor: number; side: "left" | "rig
     return (
         <button class={`stop-switch ${closed ? "closed" : ""} ${held ? "held" : ""}`} aria-pressed={closed}
             aria-label={`${side} switch of motor ${motor}`}
-            title={`${held ? "Let go of" : "Close"} the ${side} switch of motor ${motor}${off ? " (disabled: it does not stop the motor)" : ""}`}
+            title={`${held ? "Release" : "Close"} the ${side} switch of motor ${motor}${off ? " (disabled: it does not stop the motor)" : ""}`}
             onClick={() => set(side, motor, held ? 0 : 1)}>
             <svg width="34" height="20" viewBox="0 0 34 20" aria-hidden="true">
                 <circle cx="5" cy="14" r="2.500" /><circle cx="29" cy="14" r="2.500" />
@@ -62,7 +62,7 @@ export function Drag({ motor }: { motor: number }) {
     const drag = (value: number) => set("load", motor, value / 100);
     return (
         <div class="slider" title="Torque of a hand on the shaft, in parts of the motor's holding torque">
-            <span>drag <b>{grouped(percent)}</b> %{percent !== 0 && <> · <button class="link" onClick={() => drag(0)}>let go</button></>}</span>
+            <span>drag <b>{grouped(percent)}</b> %{percent !== 0 && <> · <button class="link" onClick={() => drag(0)}>release</button></>}</span>
             <input class="centred" type="range" min="-150" max="150" step="5" value={percent} aria-label={`Load of motor ${motor}`}
                 onDblClick={() => drag(0)} onInput={(event) => drag(Number(event.currentTarget.value))} />
         </div>
@@ -108,8 +108,7 @@ export function Bench() {
     if (!can.value.bench)
         return (
             <Empty icon="plug" title="This is a real module">
-                Its switches, loads and wires are in your hands. Start <code>tmcm34x ide</code> without <code>--port</code> for
-                a bench to click.
+                A bench with switches, loads and inputs to click comes with a virtual module: start <code>tmcm34x ide</code> without <code>--port</code>.
             </Empty>
         );
     const state = board.value;
