@@ -1,0 +1,81 @@
+"""Commands that are broken off: Ctrl-C at any moment, and readers of their output that have enough."""
+
+import os
+import random
+import subprocess
+import sys
+
+import pytest
+
+from conftest import COMMAND
+
+LOOP = "Loop: ROR 0, 500\n  WAIT TICKS, 0, 1\n  MST 0\n  JA Loop\n"
+INTERRUPT = """
+import os, signal, sys
+from tmcm34x.cli import main
+left = {calls}
+def count(*_):
+    global left
+    left -= 1
+    if left == 0:
+        sys.setprofile(None)
+        os.kill(os.getpid(), signal.SIGINT)
+sys.argv[1:] = {words}
+sys.setprofile(count)
+main()
+"""
+"""Interrupts the command at one of its calls, so that the moment is the same each time."""
+
+
+@pytest.fixture
+def program(tmp_path):
+    path = tmp_path / "loop.tmc"
+    path.write_text(LOOP)
+    return path
+
+
+def interrupted(calls, *words):
+    script = INTERRUPT.format(calls=calls, words=list(map(str, words)))
+    return subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=60
+    )
+
+
+@pytest.mark.parametrize("calls", random.Random(2).sample(range(100, 150_000), 5))
+def test_a_run_that_is_interrupted_says_so_with_its_status(program, calls):
+    result = interrupted(calls, "run", program)
+    assert (result.returncode, "Traceback" in result.stderr) == (130, False), result.stderr
+
+
+@pytest.mark.parametrize("calls", random.Random(3).sample(range(100, 40_000), 5))
+def test_a_server_that_is_interrupted_ends_in_order(calls):
+    result = interrupted(calls, "serve", "--tcp", 0)
+    assert result.returncode in ({0} if "ready" in result.stdout else {0, 130})
+    assert result.stderr.strip() == ""
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (("run", "FILE", "--append-stop", "--profile"), "L{}: SGP 1, 2, {}"),
+        (("lint", "FILE", "--map"), "L{}: SGP 1, 2, {}"),
+        (("fmt", "-"), "L{}: SGP 1, 2, {}"),
+        (("dis", "IMAGE"), "L{}: SGP 1, 2, {}"),
+        (("show", "FILE"), "> 01 06 04 00 00 00 00 00 0B"),
+    ],
+)
+def test_a_reader_that_has_enough_ends_a_command_quietly(tmp_path, words, line):
+    file, image = tmp_path / ("long.hex" if words[0] == "show" else "long.tmc"), tmp_path / "long.bin"
+    file.write_text("".join(line.format(n, n) + "\n" for n in range(1, 1500)))
+    image.write_bytes(bytes.fromhex("0500000000000005" * 200))
+    reader, writer = os.pipe()
+    os.close(reader)
+    names = {"FILE": str(file), "IMAGE": str(image)}
+    with file.open("rb") as source:
+        result = subprocess.run(
+            [COMMAND, *(names.get(word, word) for word in words)],
+            stdin=source, stdout=writer, stderr=subprocess.PIPE, text=True, check=False,
+        )  # fmt: skip
+    os.close(writer)
+    assert result.returncode == 1, result.stderr
+    assert "Traceback" not in result.stderr and "Broken" not in result.stderr
