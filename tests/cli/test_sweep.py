@@ -155,3 +155,52 @@ def test_the_example(tmp_path):
             )
     found = {mass: (row["Acceleration"], row["Speed"]) for mass, row in best.items()}
     assert found == {"1.0": ("800", "1600"), "2.0": ("800", "1200"), "4.0": ("400", "1200")}
+
+
+def test_resume_keeps_what_is_done_and_leaves_out_a_line_that_was_cut(sweep):
+    sweep(SWEEP)
+    whole = Path("sweep.csv").read_text()
+    lines = whole.splitlines(keepends=True)
+    Path("sweep.csv").write_text(
+        "".join([lines[0], lines[3], lines[1].replace(",200,", ",777,")]) + lines[2][:9]
+    )
+    status, rows, _ = sweep(SWEEP, "--resume")
+    assert status == 0
+    assert [row["row"] for row in rows] == ["0", "1", "2", "3"]
+    assert rows[0]["distance"] == "777" or rows[0]["position"] == "777"
+    assert Path("sweep.csv").read_text().splitlines()[2:] == whole.splitlines()[2:]
+
+
+def test_resume_refuses_the_table_of_another_sweep(sweep):
+    sweep(SWEEP)
+    status, _, errors = sweep(SWEEP.replace("[100, 200]", "[150, 200]"), "--resume")
+    assert status == 2
+    assert "sweep.csv: row 0 has other values than in this sweep" in errors
+    status, _, errors = sweep(SWEEP.replace("distance =", "way ="), "--resume")
+    assert status == 2
+    assert "sweep.csv: its columns are not those of this sweep" in errors
+
+
+def test_failed_rows_are_done_again(sweep):
+    text = vary("bench.module[0].axis[0].load.mass_kg", "[-1.0, 2.0]")
+    sweep(text)
+    status, rows, _ = sweep(text, "--resume")
+    assert (status, len(rows)) == (1, 2)
+
+
+def test_a_row_alone_is_the_row_of_the_table_with_a_picture_or_without(tmp_path):
+    example = Path(__file__).parents[2] / "examples" / "sweeps" / "xy-stage.toml"
+    command = [Path(sys.executable).with_name("tmcm34x"), "sweep", example, "--row", "71"]
+    bare = subprocess.run(command, capture_output=True, text=True, check=False)
+    plot = tmp_path / "row.svg"
+    drawn = subprocess.run([*command, "--plot", plot], capture_output=True, text=True, check=False)
+    assert (drawn.returncode, drawn.stderr) == (0, "")
+    assert drawn.stdout == bare.stdout
+    assert "lost_x: 1000" in bare.stdout
+    assert plot.read_text().startswith("<svg")
+
+
+def test_a_row_that_is_not_there_is_a_usage_error(sweep):
+    status, _, errors = sweep(SWEEP, "--row", "4")
+    assert status == 2
+    assert "--row 4: the rows are 0 to 3" in errors

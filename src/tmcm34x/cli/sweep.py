@@ -6,29 +6,34 @@ import os
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from tmcm34x.bench import BenchError
 from tmcm34x.bench.description import read as read_bench
 from tmcm34x.cli import CliError
-from tmcm34x.cli.source_files import include_option, include_reader, read_source
+from tmcm34x.cli.source_files import include_option, include_reader, read_source, write
 from tmcm34x.sweep import plan
 from tmcm34x.sweep.description import Sweep, SweepError, read
 from tmcm34x.sweep.runner import results
-from tmcm34x.sweep.single import check_expressions
+from tmcm34x.sweep.single import check_expressions, result_of
 from tmcm34x.sweep.sources import gather
-from tmcm34x.sweep.table import Table
+from tmcm34x.sweep.table import Table, columns, kept_lines
+from tmcm34x.trace.canvas import SvgCanvas
+from tmcm34x.trace.picture import PictureRecorder, draw, picture_height
 
 if TYPE_CHECKING:
+    from tmcm34x.bench import Rig
     from tmcm34x.sweep.runner import Numbered
 
 _OUT = click.Path(dir_okay=False, path_type=Path)
 _EPILOG = """\b
-Example:
+Examples:
   tmcm34x sweep examples/sweeps/xy-stage.toml --out xy-stage.csv
+  tmcm34x sweep examples/sweeps/xy-stage.toml --row 33 --plot row-33.svg
 """
 
 
@@ -43,36 +48,97 @@ Example:
     default=os.cpu_count() or 1,
     help="Runs at the same time.  [default: the number of processors]",
 )
+@click.option(
+    "--resume", is_flag=True, help="Keep the rows that OUT.csv has already; failed ones are done again."
+)
+@click.option(
+    "--row", type=click.IntRange(0), metavar="N", help="Do the run of row N alone and print its figures."
+)
+@click.option(
+    "--plot", type=_OUT, metavar="OUT.svg", help="With --row: draw positions and speeds of the run."
+)
 @include_option
-def command(file: Path, out: Path | None, processes: int, include_path: tuple[Path, ...]) -> int:
+def command(**options: Any) -> int:
     """Run a program once for each row of the sweep FILE (TOML) and write figures of each run as CSV.
 
     docs/sweeps.md says what the file holds.  The table does not depend on the number of processes.
 
     Exit status: 0, 1 when rows have failed, 2 after mistakes in the sweep, 130 when interrupted; what is done is kept.
     """
-    job, rows = _job(file, include_path)
-    out = out or file.with_suffix(".csv")
+    file: Path = options["file"]
+    job, rows = _job(file, options["include_path"])
+    if options["row"] is not None:
+        return _single(job, rows, options["row"], options["plot"])
+    if options["plot"]:
+        raise click.UsageError("--plot draws one run: give --row N too")
+    out: Path = options["out"] or file.with_suffix(".csv")
     try:
-        table = Table(out, job.sweep, rows)
-    except OSError as error:
-        raise CliError(f"{out}: {error.strerror}") from None
-    failed = done = 0
-    interrupted = False
+        kept = kept_lines(out, job.sweep, rows) if options["resume"] else {}
+        table = Table(out, job.sweep, rows, kept)
+    except SweepError as error:
+        raise CliError(str(error)) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise CliError(f"{out}: {getattr(error, 'strerror', 'not a text file in UTF-8')}") from None
+    tally = _Tally(len(kept))
     try:
-        with closing(results(job, rows, range(len(rows)), processes)) as coming:
-            for number, result in _watched(coming, len(rows)):
-                table.write(number, result)
-                done += 1
-                if result.error:
-                    failed += 1
-                    _report(f"row {number} ({_values(job.sweep, rows[number])}): {result.error}")
+        wanted = [n for n in range(len(rows)) if n not in kept]
+        _run_all(job, rows, wanted, table, tally=tally, processes=options["processes"])
     except KeyboardInterrupt:
-        interrupted = True
+        tally.status = 130
     finally:
         table.close()
-    click.echo(f"{out}: {done} of {len(rows)} rows" + (f", {failed} failed" if failed else ""))
-    return 130 if interrupted else 1 if failed else 0
+    failed = f", {tally.failed} failed" if tally.failed else ""
+    click.echo(f"{out}: {tally.done} of {len(rows)} rows{failed}")
+    return tally.status
+
+
+@dataclass
+class _Tally:
+    """How many rows are in the table, how many of them have failed, and the exit status that follows."""
+
+    done: int
+    failed: int = 0
+    status: int = 0
+
+
+def _run_all(
+    job: plan.Job, rows: list[plan.Row], wanted: list[int], table: Table, *, tally: _Tally, processes: int
+) -> None:
+    with closing(results(job, rows, wanted, processes)) as coming:
+        for number, result in _watched(coming, len(wanted)):
+            table.write(number, result)
+            tally.done += 1
+            if result.error:
+                tally.failed += 1
+                tally.status = 1
+                _report(f"row {number} ({_values(job.sweep, rows[number])}): {result.error}")
+
+
+def _single(job: plan.Job, rows: list[plan.Row], number: int, plot: Path | None) -> int:
+    """Do the run of one row, and print what its line in the table holds."""
+    if number >= len(rows):
+        raise CliError(f"--row {number}: the rows are 0 to {len(rows) - 1}")
+    pictures: list[PictureRecorder] = []
+
+    def observe(rig: Rig) -> PictureRecorder:
+        pictures.append(PictureRecorder(rig))
+        return pictures[-1]
+
+    result = result_of(job, rows[number], observe if plot else None)
+    figures = result.figures or [""] * len(job.sweep.figures)
+    cells = [number, *rows[number], *figures, result.ending, result.error]
+    for name, cell in zip(columns(job.sweep), cells, strict=True):
+        if cell != "":
+            click.echo(f"{name}: {cell}")
+    if plot and result.ending:
+        _draw(pictures[0], plot, f"row {number}: {_values(job.sweep, rows[number])}")
+    return 1 if result.error else 0
+
+
+def _draw(picture: PictureRecorder, path: Path, title: str) -> None:
+    canvas = SvgCanvas(picture_height(picture))
+    draw(picture, canvas, title)
+    write(path, canvas.finish().encode())
 
 
 def _job(file: Path, include_path: tuple[Path, ...]) -> tuple[plan.Job, list[plan.Row]]:

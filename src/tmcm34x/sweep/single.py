@@ -19,7 +19,7 @@ from tmcm34x.sweep.measure import LossRecorder
 from tmcm34x.sweep.plan import SEED, Job, Row, place, reference
 from tmcm34x.toolchain.assembler import Assembly
 from tmcm34x.trace.figures import FiguresRecorder
-from tmcm34x.trace.recorder import Trace
+from tmcm34x.trace.recorder import Recorder, Trace
 
 _US: Final = HZ // 1_000_000
 
@@ -37,21 +37,29 @@ class Result(NamedTuple):
     error: str = ""
 
 
-def result_of(job: Job, row: Row) -> Result:
-    """Do the run of a row; what its values make impossible is the error of its result."""
+def result_of(job: Job, row: Row, observe: Callable[[Rig], Recorder] | None = None) -> Result:
+    """Do the run of a row; what its values make impossible is the error of its result.  For `observe` see `Single`."""
     try:
-        return Single(job, dict(zip((vary.what for vary in job.sweep.vary), row, strict=True))).result()
+        return Single(job, values_of(job, row), observe).result()
     except (SweepError, BenchError, ExpressionError) as error:
         return Result(error=str(error))
+
+
+def values_of(job: Job, row: Row) -> dict[str, Number]:
+    """The values of a row by what they are of."""
+    return dict(zip((vary.what for vary in job.sweep.vary), row, strict=True))
 
 
 class Single:
     """A rig with the program and the values of a row; raises `SweepError`, `BenchError` or `ExpressionError`.
 
     values: by what they are of, see `sweep.description.Vary`
+    observe: gives a further recorder of the run
     """
 
-    def __init__(self, job: Job, values: Mapping[str, Number]) -> None:
+    def __init__(
+        self, job: Job, values: Mapping[str, Number], observe: Callable[[Rig], Recorder] | None = None
+    ) -> None:
         assembly = job.sources.assemble(_constants(job, values))
         self.sweep = job.sweep
         self.rig = _rig(job, values)
@@ -65,7 +73,8 @@ class Single:
         self._figures = [
             (name, _compiled(f"figures.{name}", text)) for name, text in job.sweep.figures.items()
         ]
-        self.run = Run(self.rig, Trace(self.rig, [self.recorder, self.losses]), condition)
+        recorders = [self.recorder, self.losses, *([observe(self.rig)] if observe else [])]
+        self.run = Run(self.rig, Trace(self.rig, recorders), condition)
 
     def result(self) -> Result:
         """Of the run, which is done now."""

@@ -6,12 +6,13 @@ Lines are written as they come, so that an interrupt costs nothing; `sort` bring
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from io import StringIO
 from pathlib import Path
 from typing import TextIO
 
-from tmcm34x.sweep.description import Sweep
+from tmcm34x.files import read_text
+from tmcm34x.sweep.description import Sweep, SweepError
 from tmcm34x.sweep.plan import Row
 from tmcm34x.sweep.single import Result
 
@@ -28,17 +29,51 @@ def line_of(cells: Sequence[object]) -> str:
     return stream.getvalue()
 
 
-class Table:
-    """The file at `path`, made anew; raises `OSError`."""
+def kept_lines(path: Path, sweep: Sweep, rows: Sequence[Row]) -> dict[int, str]:
+    """The lines of an earlier table of the same sweep, by row, without those of failed rows; none without a file.
 
-    def __init__(self, path: Path, sweep: Sweep, rows: Sequence[Row]) -> None:
+    A last line that was cut off is left out.  Raises `SweepError` for the table of something else, and `OSError`.
+    """
+    if not path.exists():
+        return {}
+    head, *found = csv.reader(
+        line for line in read_text(path).splitlines(keepends=True) if line.endswith("\n")
+    )
+    if head != columns(sweep):
+        raise SweepError(
+            f"{path}: its columns are not those of this sweep; give another --out, or leave --resume out"
+        )
+    kept: dict[int, str] = {}
+    for cells in found:
+        if len(cells) == len(head):
+            number = _row_of(cells, rows)
+            if number is None:
+                raise SweepError(
+                    f"{path}: row {cells[0]} has other values than in this sweep; leave --resume out"
+                )
+            if not cells[-1]:
+                kept[number] = line_of(cells)
+    return kept
+
+
+def _row_of(cells: Sequence[str], rows: Sequence[Row]) -> int | None:
+    """The number of a line's row, if its values are those of the row."""
+    number = int(cells[0]) if cells[0].isdecimal() else len(rows)
+    same = number < len(rows) and cells[1 : 1 + len(rows[number])] == [str(value) for value in rows[number]]
+    return number if same else None
+
+
+class Table:
+    """The file at `path`, made anew with the lines of rows that are done already; raises `OSError`."""
+
+    def __init__(self, path: Path, sweep: Sweep, rows: Sequence[Row], kept: Mapping[int, str]) -> None:
         self._path = path
         self._rows = rows
         self._figures = len(sweep.figures)
         self._head = line_of(columns(sweep))
-        self._lines: dict[int, str] = {}
-        self._stream: TextIO = path.open("w", encoding="utf-8", newline="")
-        self._stream.write(self._head)
+        self._lines = dict(kept)
+        self._replace()
+        self._stream: TextIO = path.open("a", encoding="utf-8", newline="")
 
     def write(self, number: int, result: Result) -> None:
         """Add a row."""
@@ -49,10 +84,13 @@ class Table:
         self._stream.flush()
 
     def close(self) -> None:
-        """Put the rows in order; the file is complete at any time."""
+        """Put the rows in order."""
         self._stream.close()
+        self._replace()
+
+    def _replace(self) -> None:
+        """The file anew, in the order of the rows; it is complete at any time."""
         ordered = self._path.with_name(self._path.name + ".new")
-        ordered.write_text(
-            self._head + "".join(line for _, line in sorted(self._lines.items())), "utf-8", newline=""
-        )
+        lines = "".join(line for _, line in sorted(self._lines.items()))
+        ordered.write_text(self._head + lines, "utf-8", newline="")
         ordered.replace(self._path)
