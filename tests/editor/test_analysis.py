@@ -145,6 +145,29 @@ def test_operands_are_completed_by_their_kind():
         assert labels(marked) == []
 
 
+def test_directives_and_their_conditions_are_completed():
+    directives = {"#include", "#if", "#else", "#endif", "#assert"}
+    for marked in ("|STOP", "#|", "#i|", "  #as|"):
+        assert directives <= set(labels(marked)), marked
+    for marked in ("Speed = 5\n#if |", "Speed = 5\n#if MO| == 342\n#endif", "Speed = 5\n#assert Sp|"):
+        assert {"MODEL", "Speed", "SIN"} <= set(labels(marked)), marked
+        assert "MVP" not in labels(marked)
+    for marked in ("#else |", "#endif |", "#if 1 // |"):
+        assert labels(marked) == [], marked
+
+
+def test_a_routine_offers_its_own_local_labels():
+    text = "Move: ROR 0, 1\n.turn: JA {}\n.end: RSUB\nHome: MST 0\n.wait: JA {}\nSTOP"
+    first, second = text.format("|", ".wait"), text.format(".turn", "|")
+    assert labels(first)[:2] == [".turn", ".end"]
+    assert labels(second)[0] == ".wait"
+    assert ".turn" not in labels(second)
+    assert "Move" in labels(second)
+    line = "        JA .tu"
+    assert (cursor_at(line, len(line)).word, cursor_at(line, len(line)).start) == (".tu", 11)
+    assert cursor_at("X = 1.5", 7).word == "5"
+
+
 def test_completion_offers_only_what_the_command_and_the_model_take():
     assert "8 target pos. reached" not in labels("SAP |")
     assert "8 target pos. reached" in labels("GAP |")

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import re
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any, Final, cast
@@ -212,7 +211,7 @@ class TmclServer(LanguageServer):
 
     def _complete(self, params: types.CompletionParams) -> types.CompletionList:
         analysis, place = self._place(params)
-        word = _WORD.search(analysis.text(place.file, place.line)[: place.column])
+        word = completions.WORD.search(analysis.text(place.file, place.line)[: place.column])
         start = word.start() if word is not None else place.column
         written = self._range(analysis, Location(place.file, place.line + 1, start + 1, place.column + 1))
         items = [
@@ -399,9 +398,6 @@ class TmclServer(LanguageServer):
             self._range(analysis, item.location), item.text, SEVERITIES[item.severity], item.code,
             source="tmcl", tags=tags,
         )  # fmt: skip
-
-
-_WORD: Final = re.compile(r"[#$%]?\w*\Z", re.ASCII)
 
 
 def name_of(uri: str) -> str:

@@ -16,11 +16,14 @@ from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS, GlobalParameter
 from tmcm34x.toolchain import parser
 from tmcm34x.toolchain.expressions import FUNCTIONS
 from tmcm34x.toolchain.reference import word_meaning
+from tmcm34x.toolchain.structure import MODEL
 from tmcm34x.toolchain.tokens import BLANKS
 
 CompletionKind = Literal[
     "command", "word", "constant", "label", "function", "parameter", "number", "directive"
 ]
+WORD: Final = re.compile(r"(?:[$%#]|(?<![\w.])\.)?\w*\Z", re.ASCII)
+"""What is written of a word before the cursor; `#` and the point of a local label are a part of it."""
 _WRITES: Final = frozenset({"SAP", "SGP", "AAP", "AGP"})
 _STORES: Final = frozenset({"STAP", "RSAP"})
 
@@ -54,7 +57,7 @@ class Cursor(NamedTuple):
     word: what is written of the word at the cursor, and `start` its column
     """
 
-    place: Literal["head", "operand", "expression", "none"]
+    place: Literal["head", "operand", "expression", "condition", "none"]
     row: Command | None
     operand: int
     before: tuple[str, ...]
@@ -67,10 +70,14 @@ def completions(program: Analysis, place: Place) -> list[Completion]:
     cursor = cursor_at(program.text(place.file, place.line), place.column)
     if cursor.place == "head":
         return [*command_completions(), *_DIRECTIVES]
+    if cursor.place == "condition":
+        return [_MODEL, *_symbol_completions(program, "constant"), *function_completions()]
     if cursor.place == "expression":
         return [*_symbol_completions(program, "constant"), *function_completions()]
     if cursor.place == "none" or cursor.row is None or cursor.operand >= len(cursor.row.operands):
         return []
+    if cursor.row.operands[cursor.operand].kind == "address":
+        return [*_local_labels(program, place), *_symbol_completions(program, "label")]
     return list(_operand_completions(program, cursor, cursor.row))
 
 
@@ -79,9 +86,6 @@ def _operand_completions(program: Analysis, cursor: Cursor, row: Command) -> Ite
     if operand.kind == "word":
         for word, number in operand.words:
             yield Completion(word, "word", word, f"{number}", word_meaning(row.mnemonic, word))
-        return
-    if operand.kind == "address":
-        yield from _symbol_completions(program, "label")
         return
     if operand.kind == "axis_parameter":
         yield from parameter_completions(_axis_parameters(program, row))
@@ -123,6 +127,22 @@ def _symbol_completions(program: Analysis, kind: Literal["label", "constant"]) -
             yield Completion(symbol.name, kind, symbol.name, detail, symbol.comment)
 
 
+def _local_labels(program: Analysis, place: Place) -> Iterator[Completion]:
+    """The local labels of the routine around a place."""
+    routine = 0
+    found: list[str] = []
+    for index, text in enumerate(program.assembly.sources.get(place.file, ())):
+        local = _LOCAL.match(text)
+        if local is not None:
+            found.append(local[1])
+        elif _ROUTINE.match(text):
+            if index > place.line:
+                break
+            routine = len(found)
+    for name in found[routine:]:
+        yield Completion(name, "label", name, "local label")
+
+
 def signature(program: Analysis, place: Place) -> Signature | None:
     """How the command around a place is written."""
     cursor = cursor_at(program.text(place.file, place.line), place.column)
@@ -138,14 +158,17 @@ def signature(program: Analysis, place: Place) -> Signature | None:
 def cursor_at(text: str, column: int) -> Cursor:
     """What is being written at `column` of a line."""
     before = text[:column]
-    line = parser.parse_line(before)
-    word = re.search(r"[$%]?\w*\Z", before, re.ASCII)
+    line = parser.parse_line(_POINT.sub("_", before))
+    word = WORD.search(before)
     assert word is not None
     start, written = word.start(), word.group()
     statement = line.statement
     nothing = Cursor("none", None, 0, (), written, start)
     if line.comment is not None or isinstance(statement, parser.Include | parser.Data):
         return nothing
+    if isinstance(statement, parser.Directive):
+        condition = statement.kind in _CONDITIONS and column >= statement.start
+        return Cursor("condition", None, 0, (), written, start) if condition else nothing
     if isinstance(statement, parser.Constant):
         return Cursor("expression", None, 0, (), written, start)
     if isinstance(statement, parser.Command):
@@ -183,7 +206,19 @@ def parameter_completions(rows: Iterable[AxisParameter | GlobalParameter]) -> It
         )
 
 
-_DIRECTIVES: Final = (Completion("#include", "directive", "#include ", "puts another file here"),)
+_DIRECTIVES: Final = (
+    Completion("#include", "directive", "#include ", "puts another file here"),
+    Completion("#if", "directive", "#if ", "lines that count only where a condition holds"),
+    Completion("#else", "directive", "#else", "lines that count where it does not"),
+    Completion("#endif", "directive", "#endif", "ends #if"),
+    Completion("#assert", "directive", "#assert ", "an error unless a condition holds"),
+)
+_CONDITIONS: Final = frozenset({"if", "assert"})
+_MODEL: Final = Completion(MODEL, "constant", MODEL, "341, 342 or 343", "The module that the program is for.")
+_ROUTINE: Final = re.compile(r"\s*[A-Za-z_]\w*\s*:(?!=)", re.ASCII)
+_POINT: Final = re.compile(r"(?<![\w.])\.(?=[A-Za-z_]|\Z)", re.ASCII)
+"""The point of a local label: to the parser it is a letter."""
+_LOCAL: Final = re.compile(r"\s*(\.[A-Za-z_]\w*)\s*:(?!=)", re.ASCII)
 
 
 def _global_parameters(row: Command) -> Iterator[GlobalParameter]:
