@@ -106,6 +106,8 @@ async def serve_tcp(
 
         try:
             await serve_messages(_framed(reader), send, files, include_path, model)
+        except asyncio.CancelledError:
+            pass  # The server ends; asyncio would print a session that is cancelled.
         finally:
             writer.close()
 
