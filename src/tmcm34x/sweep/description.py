@@ -24,11 +24,32 @@ class Struct(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 class Range(Struct, frozen=True):
-    """Values at equal distances, both ends included."""
+    """Values from `low` to `high`, both included; whole numbers where both are written as such.
 
-    low: float
-    high: float
-    count: Annotated[int, Meta(ge=1, le=100_000)]
+    count: so many of them at equal distances; needed where rows are combinations, not used by sampling
+    """
+
+    low: Number
+    high: Number
+    count: Annotated[int, Meta(ge=1, le=100_000)] | None = None
+
+    @property
+    def whole(self) -> bool:
+        """Whether its values are whole numbers."""
+        return isinstance(self.low, int) and isinstance(self.high, int)
+
+
+class Sampling(Struct, frozen=True):
+    """Rows by chance instead of all combinations.
+
+    kind: `latin_hypercube` takes one value from each of `count` equal parts of each range
+    count: of rows
+    seed: the same seed gives the same rows
+    """
+
+    kind: Literal["random", "latin_hypercube"]
+    count: Annotated[int, Meta(ge=1, le=1_000_000)]
+    seed: int = 0
 
 
 class Vary(Struct, frozen=True):
@@ -53,7 +74,7 @@ class Sweep(Struct, frozen=True):
     """The whole file.
 
     program: TMCL source, beside the sweep file
-    vary: the rows are all combinations; the last one changes fastest
+    vary: the rows are all combinations, unless there is `sampling`; the last one changes fastest
     figures: expressions of the debugger at the end of each run, by the names of their columns
     until_s: simulated time by which a run must be over
     bench: bench file, beside the sweep file; bare motors without it
@@ -69,6 +90,7 @@ class Sweep(Struct, frozen=True):
     bench: str | None = None
     model: Literal[341, 342, 343] = 343
     stop: str | None = None
+    sampling: Sampling | None = None
 
 
 def parse(text: str) -> Sweep:
@@ -107,6 +129,16 @@ def _check(sweep: Sweep) -> None:
     for path, value in [*numbers, ("until_s", sweep.until_s)]:
         if not isfinite(value):
             raise SweepError(f"{path}: {value} is not a number for a sweep")
+    for n, vary in enumerate(sweep.vary):
+        if isinstance(vary.values, Range):
+            _check_range(f"vary[{n}].values", vary.values, sweep.sampling)
+
+
+def _check_range(path: str, values: Range, sampling: Sampling | None) -> None:
+    if values.low > values.high:
+        raise SweepError(f"{path}: low is greater than high")
+    if sampling is None and values.count is None:
+        raise SweepError(f"{path}: without [sampling] a range has a count")
 
 
 def _numbers(vary: Vary) -> list[Number]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from itertools import product
+from math import prod
 from typing import Any, Final, NamedTuple
 
 import msgspec
@@ -11,6 +12,7 @@ import msgspec
 from tmcm34x.bench.description import Bench
 from tmcm34x.debug.expressions import ExpressionError, Reference, compile_reference
 from tmcm34x.sweep.description import Number, Range, Sweep, SweepError, Vary
+from tmcm34x.sweep.sampling import Row, sampled
 from tmcm34x.sweep.sources import Sources
 
 MOST_ROWS: Final = 1_000_000
@@ -22,7 +24,6 @@ _ASSIGNABLE: Final = frozenset({"ap", "gp", "co", "in", "adc", "out"})
 """Names with indices that can be set before the program starts."""
 
 Path = tuple[str | int, ...]
-Row = tuple[Number, ...]
 
 
 class Job(NamedTuple):
@@ -35,10 +36,10 @@ class Job(NamedTuple):
 
 def rows(sweep: Sweep) -> list[Row]:
     """The values of each row, in the order of `sweep.vary`; raises `SweepError` where they are too many."""
+    if sweep.sampling is not None:
+        return sampled(sweep.vary, sweep.sampling)
     columns = [_values(vary) for vary in sweep.vary]
-    count = 1
-    for column in columns:
-        count *= len(column)
+    count = prod(map(len, columns))
     if count > MOST_ROWS:
         raise SweepError(f"vary: {count} rows are more than {MOST_ROWS}")
     return list(product(*columns))
@@ -48,12 +49,10 @@ def _values(vary: Vary) -> list[Number]:
     values = vary.values
     if not isinstance(values, Range):
         return values
-    span, last = values.high - values.low, max(values.count - 1, 1)
-    return [_plain(values.low + span * n / last) for n in range(values.count)]
-
-
-def _plain(value: float) -> Number:
-    return int(value) if value.is_integer() else value
+    count = values.count or 1
+    span, last = values.high - values.low, max(count - 1, 1)
+    found = [values.low + span * n / last for n in range(count)]
+    return [round(value) for value in found] if values.whole else found
 
 
 def check(job: Job) -> None:
