@@ -307,6 +307,41 @@ def test_a_fix_removes_its_finding(code, text, _line, _column):
     assert finding.fixes or code not in {"W102", "W201", "W301", "W307"}
 
 
+@pytest.mark.parametrize(
+    ("code", "text", "fixed"),
+    [
+        ("W310", "WAIT TICKS, 0, 2.6\nSTOP", "WAIT TICKS, 0, 3\nSTOP"),
+        ("W310", "ROR 0, -2.5\nSTOP", "ROR 0, -2\nSTOP"),
+        ("W403", "GAP 1, 0\nAAP 4, 0 , 1000 // x\nSTOP", "GAP 1, 0\nAAP 4, 0 // x\nSTOP"),
+        ("W403", "STOP 1, 2", "STOP"),
+        ("W502", "L: GAP 1, 0 // x\nGAP 8, 0\nJC ZE, L\nSTOP", "L:  // x\nGAP 8, 0\nJC ZE, L\nSTOP"),
+        ("W503", "L: GAP 1, 0\nM: JC GT, L\nSTOP", "L: GAP 1, 0\nM: COMP  0\n        JC GT, L\nSTOP"),
+        ("W206", "L: GIO 0, 0\nJC ZE, L\nSTOP", "L: WAIT  TICKS, 0, 1\n        GIO 0, 0\nJC ZE, L\nSTOP"),
+    ],
+)
+def test_a_fix_changes_what_it_must_and_removes_its_finding(code, text, fixed):
+    (finding,) = findings(text, rules=frozenset({code}))
+    (fix,) = finding.fixes
+    assert apply(text, fix.edits) == fixed
+    assert codes(fixed, rules=frozenset({code})) == []
+
+
+@pytest.mark.parametrize(
+    ("code", "text"),
+    [
+        ("W310", "Third = 0.3\nROR 0, Third\nSTOP"),
+        ("W310", "ROR 1/3, 5\nSTOP"),
+        ("W502", "L: GAP 206, 0\nGAP 8, 0\nJC ZE, L\nSTOP"),
+        ("W502", "L: GAP 1, 0\nGAP 8, 0\nJC ZE, 0\nJA L"),
+        ("W503", "GAP 1, 0\nJC GT, 2\nSTOP"),
+        ("W503", "GAP 1, 0\nJC GT, L\n//! DATA 22, 0, 0, 2\nL: STOP"),
+    ],
+)
+def test_no_fix_is_offered_where_it_might_change_something_else(code, text):
+    (finding,) = findings(text, rules=frozenset({code}))
+    assert finding.fixes == ()
+
+
 @given(SOURCES)
 @settings(max_examples=80, deadline=None)
 def test_any_source_can_be_linted(text):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Final
 
 from tmcm34x.tmcl import axis_parameters, global_parameters
@@ -20,8 +20,8 @@ from tmcm34x.tmcl.commands import (
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain import parser, sisters
 from tmcm34x.toolchain.assembler import Code
-from tmcm34x.toolchain.diagnostics import Edit, Fix
-from tmcm34x.toolchain.linter.findings import Findings, field_location, name_of
+from tmcm34x.toolchain.diagnostics import Edit, Fix, Location
+from tmcm34x.toolchain.linter.findings import Findings, field_location, is_number, name_of
 from tmcm34x.toolchain.tokens import Token
 
 _MVP: Final = dict(BY_MNEMONIC["MVP"].operands[0].words)
@@ -172,7 +172,19 @@ def _surplus(found: Findings, code: Code, instruction: Instruction, spare: tuple
             text = f"{name} does not look at its {field} field"
             if name in ("AAP", "AGP", "ACO"):
                 text += ": it takes the value from the accumulator"
-            found.report("W403", field_location(code, field), text)
+            place = field_location(code, field)
+            found.report("W403", place, text, _without(code, place))
+
+
+def _without(code: Code, place: Location) -> Iterator[Fix]:
+    """The fix that takes an operand away, and all behind it, which have no effect either."""
+    statement = code.line.statement
+    if not isinstance(statement, parser.Command) or place == code.location:
+        return
+    before = [o.end for o in statement.operands if o is not None and o.end < place.column]
+    start = before[-1] if before else statement.start + len(statement.mnemonic)
+    surplus = place._replace(column=start + 1, end=statement.end + 1)
+    yield Fix("Remove what has no effect", (Edit(surplus, ""),))
 
 
 def _wait(found: Findings, code: Code, instruction: Instruction) -> None:
@@ -202,7 +214,9 @@ def _fractions(found: Findings, code: Code, row: Command) -> None:
         value = found.exact_value(written, literally=operand.field == "value")
         if value is not None and value != round(value):
             place = field_location(code, operand.field)
-            found.report("W310", place, f"the {operand.name} {value:.15g} is rounded to {round(value)}")
+            fix = Fix(f"Write {round(value)}", (Edit(place, str(round(value))),))
+            text = f"the {operand.name} {value:.15g} is rounded to {round(value)}"
+            found.report("W310", place, text, [fix] if is_number(written) else [])
 
 
 def _range(

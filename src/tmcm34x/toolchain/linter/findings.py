@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import Final
 
 from tmcm34x.tmcl.commands import Field
 from tmcm34x.toolchain.assembler import Assembly, Code
-from tmcm34x.toolchain.diagnostics import Diagnostic, Fix, Location
+from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Fix, Location
 from tmcm34x.toolchain.entries import entries
 from tmcm34x.toolchain.expressions import ExpressionError, Operand, evaluate
 from tmcm34x.toolchain.linter.rules import RULES, ignored_codes
@@ -78,7 +78,8 @@ class Findings:
         try:
             if isinstance(operand, Token) and operand.kind == "number":
                 return number_value(operand.text)
-            if literally and not (isinstance(operand, Token) and self._names_a_number(operand)):
+            named = isinstance(operand, Token) and self._names_a_number(operand)
+            if literally and not (is_number(operand) or named):
                 return None
             return evaluate(operand, lambda name: self.assembly.symbols[name.text.upper()].value)
         except (ExpressionError, KeyError):
@@ -88,6 +89,50 @@ class Findings:
         place = self.assembly.symbols[name.text.upper()].definition
         statement = self.assembly.lines[place.file][place.line - 1].statement
         return isinstance(statement, Constant) and isinstance(statement.value, Token)
+
+
+def is_number(operand: Operand) -> bool:
+    """Whether an operand is a number as it stands there, with a minus or not."""
+    if isinstance(operand, Token):
+        return operand.kind == "number"
+    return [step[0] for step in operand.steps] == ["number", "unary"]
+
+
+def insertion(found: Findings, code: Code, command: str) -> tuple[Fix, ...]:
+    """The fix that puts a command before another one, behind the labels of its line."""
+    if not _addresses_are_labels(found):
+        return ()
+    place = code.location
+    here = place._replace(end=place.column)
+    return (Fix(f"Insert {command}", (Edit(here, f"{command}\n        "),)),)
+
+
+def removal(found: Findings, code: Code) -> tuple[Fix, ...]:
+    """The fix that takes a command away and leaves the labels and the comment of its line."""
+    if not _addresses_are_labels(found):
+        return ()
+    return (Fix(f"Remove {name_of(code)}", (Edit(code.location, ""),)),)
+
+
+def _addresses_are_labels(found: Findings) -> bool:
+    """Whether all jumps stay right when commands move: none goes to a number."""
+    labels = {key for key, symbol in found.assembly.symbols.items() if symbol.kind == "label"}
+    return all(
+        isinstance(operand, Token) and operand.text.upper() in labels
+        for code in found.assembly.code
+        for operand in _addresses(code)
+    )
+
+
+def _addresses(code: Code) -> Iterator[Operand | None]:
+    """The operands of a command that are addresses; of a DATA line, which may hold one, None."""
+    statement = code.line.statement
+    if code.row is None:
+        yield None
+    elif isinstance(statement, Command):
+        for row, operand in zip(code.row.operands, statement.operands, strict=False):
+            if row.kind == "address":
+                yield operand
 
 
 def field_location(code: Code, field: Field) -> Location:

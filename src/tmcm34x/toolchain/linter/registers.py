@@ -11,10 +11,11 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
+from tmcm34x.tmcl import axis_parameters, global_parameters
 from tmcm34x.tmcl.commands import COMMANDS
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.flow import CSUB, JC, RSUB, Flow
-from tmcm34x.toolchain.linter.findings import Findings
+from tmcm34x.toolchain.linter.findings import Findings, insertion, removal
 
 A, X, COMPARED, ALL = 1, 2, 4, 7
 """Bits of a set: accumulator, register X, result of COMP."""
@@ -95,7 +96,9 @@ def _unset(found: Findings, flow: Flow, effects: list[Effect]) -> None:
             effects[address] = Effect(A)
         messages = {code: text for register, code, text in _MISSING if missing & register & ~told}
         for code, text in messages.items():
-            found.report(code, found.assembly.code[address].location, text)
+            where = found.assembly.code[address]
+            fixes = insertion(found, where, "COMP  0") if code == "W503" else ()
+            found.report(code, where.location, text, fixes)
         told |= missing
 
 
@@ -125,7 +128,21 @@ def _lost(found: Findings, flow: Flow, effects: list[Effect]) -> None:
     for address in sorted(flow.reachable):
         if address < flow.end and effects[address].loads and not after[address]:
             text = "what is read here is overwritten or left before it is used"
-            found.report("W502", found.assembly.code[address].location, text)
+            where = found.assembly.code[address]
+            fixes = removal(found, where) if _is_harmless(flow.program[address]) else ()
+            found.report("W502", where.location, text, fixes)
+
+
+def _is_harmless(instruction: Instruction | None) -> bool:
+    """Whether reading does nothing else in the module."""
+    assert instruction is not None
+    number, type_, bank, _ = instruction
+    rows = {
+        _NUMBERS["GAP"]: axis_parameters.BY_NUMBER.get(type_),
+        _NUMBERS["GGP"]: global_parameters.BY_NUMBER.get((bank, type_)),
+    }
+    row = rows.get(number)
+    return row is None or not row.effect
 
 
 def _used_after(flow: Flow, effects: list[Effect]) -> list[bool]:

@@ -15,7 +15,7 @@ from tmcm34x.tmcl import axis_parameters, global_parameters
 from tmcm34x.tmcl.commands import COMMANDS, MOTORS, USER_VARIABLES
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.flow import JC, JUMPS, Flow
-from tmcm34x.toolchain.linter.findings import Findings, field_location
+from tmcm34x.toolchain.linter.findings import Findings, field_location, insertion
 
 _NUMBERS: Final = {row.mnemonic: row.number for row in COMMANDS}
 _WORDS: Final = {row.mnemonic: dict(row.operands[0].words) for row in COMMANDS if row.operands}
@@ -191,8 +191,9 @@ def _polling(found: Findings, flow: Flow, program: Numbered) -> None:
         inside = [flow.program[address] for address in loop]
         numbers = {i.number for i in inside if i is not None}
         if numbers & _READERS and not numbers & {_WAIT, _CSUB}:
-            first = min(loop)
-            found.report("W206", found.assembly.code[first].location, "this loop polls without a WAIT")
+            first = found.assembly.code[min(loop)]
+            fixes = insertion(found, first, "WAIT  TICKS, 0, 1")
+            found.report("W206", first.location, "this loop polls without a WAIT", fixes)
     del program
 
 
