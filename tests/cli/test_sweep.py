@@ -204,3 +204,19 @@ def test_a_row_that_is_not_there_is_a_usage_error(sweep):
     status, _, errors = sweep(SWEEP, "--row", "4")
     assert status == 2
     assert "--row 4: the rows are 0 to 3" in errors
+
+
+def test_the_picture_has_a_panel_for_each_figure_and_value(sweep):
+    status, _, errors = sweep(SWEEP, "--picture", "sweep.svg")
+    assert (status, errors) == (0, "")
+    text = Path("sweep.svg").read_text()
+    for figure in ("position", "distance", "time_us", "refused"):
+        assert f"{figure} against Way" in text
+        assert f"{figure} against acceleration" in text
+
+
+def test_without_figures_there_is_no_picture(sweep):
+    text = vary("bench.module[0].axis[0].load.mass_kg", "[-1.0]")
+    status, _, errors = sweep(text, "--picture", "sweep.svg")
+    assert status == 2
+    assert "sweep.svg: no row has figures" in errors

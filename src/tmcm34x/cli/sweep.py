@@ -18,6 +18,7 @@ from tmcm34x.cli import CliError
 from tmcm34x.cli.source_files import include_option, include_reader, read_source, write
 from tmcm34x.sweep import plan
 from tmcm34x.sweep.description import Sweep, SweepError, read
+from tmcm34x.sweep.picture import summary
 from tmcm34x.sweep.runner import results
 from tmcm34x.sweep.single import check_expressions, result_of
 from tmcm34x.sweep.sources import gather
@@ -57,6 +58,7 @@ Examples:
 @click.option(
     "--plot", type=_OUT, metavar="OUT.svg", help="With --row: draw positions and speeds of the run."
 )
+@click.option("--picture", type=_OUT, metavar="OUT.svg", help="Draw each figure against each varied value.")
 @include_option
 def command(**options: Any) -> int:
     """Run a program once for each row of the sweep FILE (TOML) and write figures of each run as CSV.
@@ -89,7 +91,17 @@ def command(**options: Any) -> int:
         table.close()
     failed = f", {tally.failed} failed" if tally.failed else ""
     click.echo(f"{out}: {tally.done} of {len(rows)} rows{failed}")
+    if options["picture"] and tally.status != 130:
+        _summary(out, job.sweep, options["picture"])
     return tally.status
+
+
+def _summary(table: Path, sweep: Sweep, path: Path) -> None:
+    try:
+        image = summary(table, sweep)
+    except ValueError as error:
+        raise CliError(f"{path}: {error}") from None
+    write(path, image.encode())
 
 
 @dataclass

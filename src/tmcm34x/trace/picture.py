@@ -90,7 +90,7 @@ _MARGIN: Final = 90
 _PANEL: Final = 220
 _LANE: Final = 70
 _GAP: Final = 46
-_COLORS: Final = (
+COLORS: Final = (
     "#2563eb",
     "#d97706",
     "#059669",
@@ -101,9 +101,9 @@ _COLORS: Final = (
     "#7c3aed",
     "#64748b",
 )
-_INK: Final = "#1f2937"
-_GRID: Final = "#e5e7eb"
-_FAINT: Final = "#9ca3af"
+INK: Final = "#1f2937"
+GRID: Final = "#e5e7eb"
+FAINT: Final = "#9ca3af"
 _LABELS: Final = 40
 """Marks beyond so many are drawn without their texts."""
 
@@ -117,11 +117,11 @@ def draw(picture: PictureRecorder, canvas: Canvas, title: str) -> None:
     """Draw positions and speeds over time, and the marks below them."""
     motors = picture.moved()
     span = picture.times[0], max(picture.times[-1], picture.times[0] + MS)
-    canvas.text(_MARGIN, 22, title, _INK)
+    canvas.text(_MARGIN, 22, title, INK)
     for place, n in enumerate(motors):
         x = WIDTH - 20 - 130 * (len(motors) - place)
-        canvas.line([(x, 18), (x + 22, 18)], _COLORS[n % len(_COLORS)], 2.5)
-        canvas.text(x + 28, 22, picture.label(n), _INK)
+        canvas.line([(x, 18), (x + 22, 18)], COLORS[n % len(COLORS)], 2.5)
+        canvas.text(x + 28, 22, picture.label(n), INK)
     top = 40
     for name, values in (
         ("position [microsteps]", picture.positions),
@@ -148,42 +148,42 @@ class _Curves(NamedTuple):
 def _draw_panel(canvas: Canvas, top: float, span: tuple[int, int], curves: _Curves) -> None:
     low = min(min(values) for _, values in curves.values)
     high = max(max(values) for _, values in curves.values)
-    ticks = _ticks(low, high if high > low else low + 1)
+    ticks = round_numbers(low, high if high > low else low + 1)
     low, high = min(low, ticks[0]), max(high, ticks[-1], low + 1)
 
     def y(value: float) -> float:
         return top + _PANEL - (value - low) / (high - low) * _PANEL
 
     for tick in ticks:
-        canvas.line([(_MARGIN, y(tick)), (WIDTH - 20, y(tick))], _GRID)
-        canvas.text(_MARGIN - 8, y(tick) + 4, f"{tick:g}", _FAINT, "end")
-    for tick in _ticks(seconds(span[0]), seconds(span[1])):
+        canvas.line([(_MARGIN, y(tick)), (WIDTH - 20, y(tick))], GRID)
+        canvas.text(_MARGIN - 8, y(tick) + 4, f"{tick:g}", FAINT, "end")
+    for tick in round_numbers(seconds(span[0]), seconds(span[1])):
         x = _x(round(tick * HZ), span)
         if _MARGIN <= x <= WIDTH - 20:
-            canvas.line([(x, top), (x, top + _PANEL)], _GRID)
-            canvas.text(x, top + _PANEL + 16, f"{tick:g} s", _FAINT, "middle")
-    canvas.text(_MARGIN + 6, top + 14, curves.name, _INK)
+            canvas.line([(x, top), (x, top + _PANEL)], GRID)
+            canvas.text(x, top + _PANEL + 16, f"{tick:g} s", FAINT, "middle")
+    canvas.text(_MARGIN + 6, top + 14, curves.name, INK)
     for n, values in curves.values:
         points = [(_x(when, span), y(value)) for when, value in zip(curves.times, values, strict=True)]
-        canvas.line(points, _COLORS[n % len(_COLORS)], 1.5)
+        canvas.line(points, COLORS[n % len(COLORS)], 1.5)
 
 
 def _draw_marks(canvas: Canvas, top: float, span: tuple[int, int], marks: Sequence[Mark]) -> None:
-    canvas.text(_MARGIN + 6, top - 6, "program", _INK)
-    canvas.line([(_MARGIN, top), (WIDTH - 20, top)], _GRID)
+    canvas.text(_MARGIN + 6, top - 6, "program", INK)
+    canvas.line([(_MARGIN, top), (WIDTH - 20, top)], GRID)
     rows = [float(_MARGIN)] * 4
     for mark in marks:
         x = _x(mark.when, span)
-        canvas.line([(x, top), (x, top + 8)], _COLORS[0])
+        canvas.line([(x, top), (x, top + 8)], COLORS[0])
         width = 6.5 * len(mark.text) + 8
         left = min(x, WIDTH - width)
         row = next((n for n, free in enumerate(rows) if free <= left), None)
         if row is not None and len(marks) <= _LABELS:
-            canvas.text(left, top + 22 + 14 * row, mark.text, _FAINT)
+            canvas.text(left, top + 22 + 14 * row, mark.text, FAINT)
             rows[row] = left + width
 
 
-def _ticks(low: float, high: float) -> list[float]:
+def round_numbers(low: float, high: float) -> list[float]:
     """Four to ten round numbers around low..high."""
     step = 10 ** floor(log10((high - low) / 4))
     step *= next((factor for factor in (1, 2, 5) if (high - low) / (step * factor) <= 8), 10)
