@@ -1,6 +1,8 @@
 """`tmcm34x sweep` on real files."""
 
 import csv
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from tmcm34x.cli import group
+from tmcm34x.sweep.table import Table
 
 PROGRAM = "Way = 100\nDouble = Way * 2\n MVP ABS, 0, Double\n WAIT POS, 0, 0\n STOP\n"
 SWEEP = """
@@ -220,3 +223,24 @@ def test_without_figures_there_is_no_picture(sweep):
     status, _, errors = sweep(text, "--picture", "sweep.svg")
     assert status == 2
     assert "sweep.svg: no row has figures" in errors
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
+def test_an_interrupt_keeps_what_is_done_and_resume_completes_it(sweep, monkeypatch, number):
+    """The signal comes with the second row."""
+    write = Table.write
+    written = []
+
+    def interrupting(table, row, result):
+        write(table, row, result)
+        written.append(row)
+        if len(written) == 2:
+            os.kill(os.getpid(), number)
+
+    monkeypatch.setattr(Table, "write", interrupting)
+    status, rows, errors = sweep(SWEEP, "--processes", "1")
+    assert (status, errors) == (130, "")
+    assert [int(row["row"]) for row in rows] == sorted(written)
+    assert len(written) == 2
+    status, rows, _ = sweep(SWEEP, "--resume")
+    assert (status, len(rows), len(written)) == (0, 4, 4)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import json
-import signal
 import sys
-import threading
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -20,6 +18,7 @@ from tmcm34x.cli import CliError, FiniteRange, coverage, parameter_options, stat
 from tmcm34x.cli.progress import Progress
 from tmcm34x.cli.recording import Recording
 from tmcm34x.cli.report import Report
+from tmcm34x.cli.signals import interruptible
 from tmcm34x.cli.source_files import (
     MODELS,
     append_stop_option,
@@ -206,7 +205,7 @@ def _go(run: Run, report: Report, recording: Recording, options: dict[str, Any])
     pace = Pace(options["speed"], time.monotonic)
     progress = Progress(sys.stderr, until, lambda: _note(run, report))
     run.module.observers.append(recording.watcher)
-    with progress, _interruptible():
+    with progress, interruptible():
         try:
             run.start(None if options["from_state"] else 0)
             for when in run.events(until):
@@ -216,19 +215,6 @@ def _go(run: Run, report: Report, recording: Recording, options: dict[str, Any])
         except KeyboardInterrupt:
             run.finish(INTERRUPTED)
     report.wall_s = time.monotonic() - start_s
-
-
-@contextlib.contextmanager
-def _interruptible() -> Generator[None]:
-    """Take SIGTERM as an interrupt, so that the summary is printed."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _keep_pace(run: Run, when: int, pace: Pace) -> None:

@@ -15,6 +15,7 @@ import click
 from tmcm34x.bench import BenchError
 from tmcm34x.bench.description import read as read_bench
 from tmcm34x.cli import CliError
+from tmcm34x.cli.signals import interruptible
 from tmcm34x.cli.source_files import include_option, include_reader, read_source, write
 from tmcm34x.sweep import plan
 from tmcm34x.sweep.description import Sweep, SweepError, read
@@ -84,7 +85,8 @@ def command(**options: Any) -> int:
     tally = _Tally(len(kept))
     try:
         wanted = [n for n in range(len(rows)) if n not in kept]
-        _run_all(job, rows, wanted, table, tally=tally, processes=options["processes"])
+        with interruptible():
+            _run_all(job, rows, wanted, table, tally=tally, processes=options["processes"])
     except KeyboardInterrupt:
         tally.status = 130
     finally:
