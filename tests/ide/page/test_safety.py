@@ -363,9 +363,11 @@ def test_the_palette_finds_tools_and_settings(stage: Stage):
         ("import", "Import settings\u2026"),
     ):
         page.keyboard.press("Control+p")
-        page.get_by_role("textbox", name="File or command").fill(words)
+        field = page.get_by_role("textbox", name="File or command")
+        field.fill(words)
         expect(page.get_by_role("option", name=title)).to_be_visible()
-        page.keyboard.press("Escape")
+        field.press("Escape")
+        expect(field).to_have_count(0)
 
 
 def test_a_double_click_opens_a_file_and_renames_nothing(stage: Stage):
