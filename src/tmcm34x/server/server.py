@@ -181,13 +181,21 @@ class Server:
 
         Call it before anything that looks at the bench or touches it from outside, and `settle` afterwards.
         """
-        target = self.pace.target()
+        target = self._target()
         when, self._next = self._next, _UNKNOWN
         if when <= target and not self._work(target):
             return False
         if target < clock.NEVER:
             self.part.advance(target)
         return True
+
+    def _target(self) -> int:
+        """The clock to bring the bench to; a wall clock that has gone back begins a new line there."""
+        target = self.pace.target()
+        if target < (now := self.rig.now):
+            self.pace.draw(now)
+            return now
+        return target
 
     def settle(self) -> None:
         """Look ahead: set the timer for the next event."""
