@@ -51,7 +51,7 @@ class DebugSocket:
             text = await self._socket.receive_text()
             try:
                 message = msgspec.json.decode(text)
-            except (msgspec.DecodeError, UnicodeError) as error:
+            except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
                 await self._socket.close(MALFORMED, str(error)[:100])
                 return
             await self._debugger.receive(window, message)

@@ -127,9 +127,10 @@ class Debugger:
     async def receive(self, window: Window, message: Any) -> None:
         """Do what a window asks for."""
         fields = cast(Message, message) if isinstance(message, dict) else {}
-        if fields.get("command") in {"attach", "configurationDone", "disconnect"}:
+        command = fields.get("command")
+        if isinstance(command, str) and command in {"attach", "configurationDone", "disconnect"}:
             window.take(_response(fields))
-            self._greet(window, fields["command"])
+            self._greet(window, command)
         elif error := self._refuse(fields) or await self._attach():
             window.take(_response(fields, error))
         else:

@@ -48,7 +48,10 @@ class Workspace:
         """The file that `path` names; refuses to leave the folder."""
         if not path or "\0" in path or path.startswith(("/", "\\")):
             raise RefusalError("path", f"{path!r} is not a path inside the opened folder.")
-        found = (self.folder / path).resolve()
+        try:
+            found = (self.folder / path).resolve()
+        except (OSError, RuntimeError) as error:  # a RuntimeError for links in a circle before Python 3.13
+            raise RefusalError("path", f"{path[:100]!r} leads nowhere.") from error
         if not found.is_relative_to(self.folder) or found == self.folder:
             raise RefusalError("path", f"{path} leads out of the opened folder.")
         return found
@@ -137,10 +140,10 @@ class Workspace:
     def rename(self, path: str, to: str) -> None:
         """Give a file another path."""
         file, other = self.resolve(path), self.resolve(to)
-        if other.exists():
-            raise RefusalError("exists", f"{to} is there already.")
         self._expect_suffix(other, to)
         try:
+            if other.exists():
+                raise RefusalError("exists", f"{to} is there already.")
             other.parent.mkdir(parents=True, exist_ok=True)
             file.rename(other)
         except OSError as error:
