@@ -1,11 +1,12 @@
 from __future__ import annotations
 
 import codecs
+import os
 
 import pytest
 
 from tmcm34x.ide.wire import RefusalError
-from tmcm34x.ide.workspace import MAX_BYTES, Workspace
+from tmcm34x.ide.workspace import MAX_BYTES, OVERWRITE, Workspace
 
 
 def _code(action, *arguments) -> str:
@@ -170,3 +171,13 @@ def test_a_file_named_by_the_user_is_shown_and_saved_whatever_its_name_ends_in(t
     assert [entry.path for entry in workspace.files()] == ["old.asm"]
     workspace.write("old.asm", "STOP // kept\n", workspace.read("old.asm").stamp, "\n")
     assert (tmp_path / "old.asm").read_text() == "STOP // kept\n"
+
+
+def test_a_pipe_or_a_folder_is_not_written_to(tmp_path):
+    os.mkfifo(tmp_path / "pipe.tmc")
+    (tmp_path / "folder.tmc").mkdir()
+    workspace = Workspace(tmp_path)
+    for name in ("pipe.tmc", "folder.tmc"):
+        with pytest.raises(RefusalError) as error:
+            workspace.write(name, "STOP\n", OVERWRITE, "\n")
+        assert (error.value.code, str(error.value)) == ("kind", f"{name} is not a file.")

@@ -124,6 +124,8 @@ class Workspace:
         file = self.resolve(path)
         self._expect_suffix(file, path)
         try:
+            if file.exists() and not stat.S_ISREG(file.stat().st_mode):
+                raise RefusalError("kind", f"{path} is not a file.")
             data = _encoded(text.replace("\r\n", "\n").replace("\n", newline), _encoding(file), path)
             if len(data) > MAX_BYTES:
                 raise RefusalError("size", f"{path} would be too long.")
