@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from vcdvcd import VCDVCD
 
 from tmcm34x.cli import group
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.image import pack_binary, pack_hex
+from waveforms import VCDVCD
 
 MOVE = "SAP 5, 0, 50 \n MVP ABS, 0, 5000 \n WAIT POS, 0, 0 \n MVP ABS, 0, 0 \n WAIT POS, 0, 0 \n STOP"
 
