@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Final
 
 from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.expressions import ExpressionError
-from tmcm34x.debug.history import HistoryError
-from tmcm34x.debug.reverse import Write
 from tmcm34x.debug.sessions.base import Listener, Text
 from tmcm34x.debug.sessions.local import LocalSession
+from tmcm34x.debug.sessions.one_way import OneWay
 from tmcm34x.debug.watches import Watch
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ POLL_S: Final = 0.05
 """Time between two looks at the program [s]."""
 
 
-class LiveSession(LocalSession):
+class LiveSession(OneWay, LocalSession):
     """A program on a bench whose time somebody else moves; bring the bench to now before calling any method.
 
     Holding is control function 128, going on is 129: a WAIT that was interrupted begins again.
@@ -85,18 +84,6 @@ class LiveSession(LocalSession):
         """Hold at these instead of the present ones."""
         self.control.set_breakpoints(breakpoints)
         self._attach()
-
-    def step_back(self, *, over: bool) -> None:
-        """Not possible: see `irreversible`."""
-        raise HistoryError(self.irreversible)
-
-    def reverse_continue(self) -> None:
-        """Not possible: see `irreversible`."""
-        raise HistoryError(self.irreversible)
-
-    def who_wrote(self, text: str) -> Write | None:
-        """Not known: see `irreversible`."""
-        raise HistoryError(f"{text}: {self.irreversible}")
 
     def set_watches(self, watches: Iterable[Watch]) -> None:
         """Hold when one of these values has changed before a command of the program."""

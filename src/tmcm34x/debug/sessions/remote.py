@@ -14,9 +14,8 @@ from typing import Final
 
 from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.expressions import ExpressionError
-from tmcm34x.debug.history import HistoryError
-from tmcm34x.debug.reverse import Write
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Frame, Listener, Text
+from tmcm34x.debug.sessions.one_way import OneWay
 from tmcm34x.debug.view import View
 from tmcm34x.debug.watches import Watch
 from tmcm34x.host import Connection, Module, Program, RefusedError
@@ -33,7 +32,7 @@ _RSUB: Final = BY_MNEMONIC["RSUB"].number
 _RUNNING: Final = 1
 
 
-class RemoteSession:
+class RemoteSession(OneWay):
     """The program of the module at the other end of `connection`.
 
     Calls may raise `HostError`; call `work` as often as it asks for it while `running`.
@@ -96,18 +95,6 @@ class RemoteSession:
 
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
         """The firmware has none: see `unbreakable`."""
-
-    def step_back(self, *, over: bool) -> None:
-        """Not possible: see `irreversible`."""
-        raise HistoryError(self.irreversible)
-
-    def reverse_continue(self) -> None:
-        """Not possible: see `irreversible`."""
-        raise HistoryError(self.irreversible)
-
-    def who_wrote(self, text: str) -> Write | None:
-        """Not known: see `irreversible`."""
-        raise HistoryError(f"{text}: {self.irreversible}")
 
     def set_watches(self, watches: Iterable[Watch]) -> None:
         """The firmware has none: see `unwatchable`."""
