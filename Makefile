@@ -37,6 +37,7 @@ check: $(VENV)/.test
 	$(BIN)/pyright
 	$(BIN)/pyright --pythonplatform Windows
 	$(BIN)/pyright --pythonplatform Darwin
+	$(BIN)/python hatch_build.py --check-page
 
 # One simulated week of random commands and faults (docs/sessions.md); 1,000 killed servers; an hour of hostile hosts.
 soak: $(VENV)/.test

@@ -151,6 +151,17 @@ def build() -> None:
     STAMP.write_text(sources)
 
 
+def check_page() -> None:
+    """`make check`: Biome's formatter and linter, and the types of TypeScript."""
+    build()
+    node, _ = tools()
+    for command in (["@biomejs/biome/bin/biome", "ci", "."], ["typescript/bin/tsc", "--noEmit"]):
+        if subprocess.run(
+            [node, f"node_modules/{command[0]}", *command[1:]], cwd=WEB, check=False
+        ).returncode:
+            raise PageError(f"{command[0].split('/')[-1]} found faults in web/")
+
+
 def _digest() -> str:
     digest = sha256()
     for file in sorted([*WEB.glob("*.json"), *WEB.glob("*.mjs"), *(WEB / "src").rglob("*")]):
@@ -193,10 +204,12 @@ def _run(node: str, command: list[str]) -> None:
 
 
 def main(arguments: list[str]) -> None:
-    """What `make web`, `make fast`, `make pure` and `compile_core` call."""
+    """What `make web`, `make check`, `make fast`, `make pure` and `compile_core` call."""
     match arguments:
         case []:
             build()
+        case ["--check-page"]:
+            check_page()
         case ["--core"]:
             compile_in_place()
         case ["--no-core"]:

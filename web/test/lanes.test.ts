@@ -25,5 +25,12 @@ test("a difference is taken where both are known, and a gap stays a gap", () => 
 });
 
 test("a slope needs two neighbours without a gap between them", () => {
-    assert.deepEqual(slope([0, 1, 2, 3, 4, 5], [0, 10, undefined, 30, null, 50]), [null, 10, undefined, 10, null, null]);
+    assert.deepEqual(slope([0, 1, 2, 3, 4, 5], [0, 10, undefined, 30, null, 50]), [
+        null,
+        10,
+        undefined,
+        10,
+        null,
+        null,
+    ]);
 });

@@ -36,7 +36,14 @@ test("a stretch is thinned to the last of each few rows", () => {
 
 test("what was not looked at is no gap, and what was unknown is one", () => {
     const samples = new Samples(2, 5);
-    for (const [time, value] of [[0, 7], [1, HOLE], [2, NaN], [3, HOLE], [4, 9]]) samples.add([time!, value!]);
+    for (const [time, value] of [
+        [0, 7],
+        [1, HOLE],
+        [2, NaN],
+        [3, HOLE],
+        [4, 9],
+    ])
+        samples.add([time!, value!]);
     assert.deepEqual(samples.slice(1, 0, 5), [7, undefined, null, undefined, 9]);
     assert.deepEqual(samples.slice(1, 0, 5, 2), [7, null, 9]);
     assert.equal(samples.lastValue(1, 1), 7);
@@ -53,8 +60,13 @@ test("marks are forgotten before they are too many", () => {
 test("a CSV table has a heading and a line a sample, empty where there is no value", () => {
     const samples = new Samples(3, 5);
     samples.add([0.5, 1, NaN]);
-    assert.equal(toCsv(samples, [{ title: "position 0", column: 1 }, { title: 'odd, "name"', column: 2 }]),
-        'time_s,position_0,"odd,_""name"""\n0.500000,1,\n');
+    assert.equal(
+        toCsv(samples, [
+            { title: "position 0", column: 1 },
+            { title: 'odd, "name"', column: 2 },
+        ]),
+        'time_s,position_0,"odd,_""name"""\n0.500000,1,\n',
+    );
 });
 
 test("a VCD file names its curves and tells changes only, negative numbers in two's complement", () => {
@@ -66,13 +78,23 @@ test("a VCD file names its curves and tells changes only, negative numbers in tw
     const lines = toVcd(samples, [{ title: "speed 0", column: 1 }]).split("\n");
     assert.ok(lines.includes("$timescale 1us $end"));
     assert.ok(lines.includes("$var integer 32 ! speed_0 $end"));
-    assert.deepEqual(lines.slice(lines.indexOf("$enddefinitions $end") + 1),
-        ["#0", "b1 !", "#1500", 'sleft_closed "', "#2000", `b${"1".repeat(32)} !`, ""]);
+    assert.deepEqual(lines.slice(lines.indexOf("$enddefinitions $end") + 1), [
+        "#0",
+        "b1 !",
+        "#1500",
+        'sleft_closed "',
+        "#2000",
+        `b${"1".repeat(32)} !`,
+        "",
+    ]);
 });
 
 test("columns are arranged anew with their past", () => {
     const samples = new Samples(4, 10);
     samples.add([0, 1, 2, 3]);
     samples.arrange(1, [1, -1, 0]);
-    assert.deepEqual([1, 2, 3].map((column) => samples.value(column, 0)), [2, NaN, 1]);
+    assert.deepEqual(
+        [1, 2, 3].map(column => samples.value(column, 0)),
+        [2, NaN, 1],
+    );
 });

@@ -1,7 +1,19 @@
 // Expected figures: TMC429 datasheet 8.1.13 at 16 MHz, computed by hand.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { accelerationOfSlope, clockText, grouped, rampSeconds, rate, rateSlope, rpm, short, turns, velocityOfRpm, type Scale } from "../src/logic/units";
+import {
+    accelerationOfSlope,
+    clockText,
+    grouped,
+    rampSeconds,
+    rate,
+    rateSlope,
+    rpm,
+    short,
+    turns,
+    velocityOfRpm,
+    type Scale,
+} from "../src/logic/units";
 
 const scale: Scale = { clock_hz: 16e6, pulse_div: 3, ramp_div: 7, resolution: 6, fullsteps_per_turn: 200 };
 
@@ -35,7 +47,14 @@ test("numbers are grouped with thin spaces and a true minus", () => {
 });
 
 test("three digits are enough", () => {
-    assert.deepEqual([0, 0.1234, 1.234, 12.34, 123.4, 12345].map(short), ["0", "0.123", "1.23", "12.3", "123", "12345"]);
+    assert.deepEqual([0, 0.1234, 1.234, 12.34, 123.4, 12345].map(short), [
+        "0",
+        "0.123",
+        "1.23",
+        "12.3",
+        "123",
+        "12345",
+    ]);
 });
 
 test("a clock counts hours and milliseconds", () => assert.equal(clockText(3725.0426), "1:02:05.042"));

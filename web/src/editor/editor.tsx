@@ -1,24 +1,36 @@
 // The code editor: one CodeMirror view a document, kept while its tab is open.
 import { acceptCompletion, autocompletion, closeCompletion, completionKeymap } from "@codemirror/autocomplete";
 import {
-    defaultKeymap, deleteLine, history, historyKeymap, indentWithTab, redo, toggleComment, undo,
+    defaultKeymap,
+    deleteLine,
+    history,
+    historyKeymap,
+    indentWithTab,
+    redo,
+    toggleComment,
+    undo,
 } from "@codemirror/commands";
 import { bracketMatching } from "@codemirror/language";
 import { lintKeymap, nextDiagnostic, setDiagnostics, type Diagnostic } from "@codemirror/lint";
 import { highlightSelectionMatches, openSearchPanel, search, searchKeymap } from "@codemirror/search";
 import { Annotation, Compartment, EditorState, Prec, type Extension } from "@codemirror/state";
 import {
-    EditorView, drawSelection, dropCursor, highlightActiveLine, highlightActiveLineGutter, highlightSpecialChars,
-    keymap, lineNumbers, rectangularSelection,
+    EditorView,
+    drawSelection,
+    dropCursor,
+    highlightActiveLine,
+    highlightActiveLineGutter,
+    highlightSpecialChars,
+    keymap,
+    lineNumbers,
+    rectangularSelection,
 } from "@codemirror/view";
 import { computed, effect, signal, useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { halted, held, loaded, program, running, tables, welcome } from "../logic/app";
 import { assembled } from "../logic/build";
 import { breakpoints, carryBreakpoints, placeOf, setBreakpoints, type Breakpoint } from "../logic/debugger";
-import {
-    active, documents, goal, openFile, problems, reload, save, type TextDocument,
-} from "../logic/documents";
+import { active, documents, goal, openFile, problems, reload, save, type TextDocument } from "../logic/documents";
 import type { Problem } from "../wire";
 import { Icon } from "../widgets/icons";
 import { breakpointsOf, gutters, putAddresses, putBreakpoints, putExecution } from "./gutters";
@@ -34,7 +46,7 @@ export const currentView = signal<EditorView | null>(null);
 const editedBreakpoint = signal<{ path: string; line: number; x: number; y: number } | null>(null);
 
 function toggleBreakpoint(path: string, line: number): void {
-    const others = breakpoints.value.filter((point) => point.path !== path || point.line !== line);
+    const others = breakpoints.value.filter(point => point.path !== path || point.line !== line);
     const added: Breakpoint[] =
         others.length < breakpoints.value.length ? [] : [{ path, line, condition: "", hits: "", log: "" }];
     void setBreakpoints([...others, ...added]);
@@ -48,32 +60,53 @@ export function toggleHere(): void {
 
 function extensions(document: TextDocument): Extension {
     return [
-        history(), drawSelection(), dropCursor(), highlightSpecialChars(), rectangularSelection(),
-        highlightActiveLine(), highlightSelectionMatches(), bracketMatching(), search({ top: true }),
-        EditorState.allowMultipleSelections.of(true), EditorState.tabSize.of(4),
+        history(),
+        drawSelection(),
+        dropCursor(),
+        highlightSpecialChars(),
+        rectangularSelection(),
+        highlightActiveLine(),
+        highlightSelectionMatches(),
+        bracketMatching(),
+        search({ top: true }),
+        EditorState.allowMultipleSelections.of(true),
+        EditorState.tabSize.of(4),
         gutters(
-            (line) => toggleBreakpoint(document.path, line),
+            line => toggleBreakpoint(document.path, line),
             (line, at) => {
                 const box = at.getBoundingClientRect();
                 editedBreakpoint.value = { path: document.path, line, x: box.right, y: box.bottom };
             },
         ),
-        lineNumbers(), highlightActiveLineGutter(),
+        lineNumbers(),
+        highlightActiveLineGutter(),
         autocompletion({ icons: false }),
         tmcl(tables.value),
         language.of([]),
-        Prec.high(keymap.of([
-            { key: "Tab", run: acceptCompletion }, { key: "Ctrl-y", run: deleteLine }, { key: "Mod-/", run: toggleComment },
-            { key: "Mod-Shift-z", run: redo }, { key: "Mod-z", run: undo },
-            { key: "Ctrl-F8", run: nextDiagnostic },
-        ])),
-        keymap.of([...searchKeymap, ...historyKeymap, ...completionKeymap, ...lintKeymap, indentWithTab, ...defaultKeymap]),
+        Prec.high(
+            keymap.of([
+                { key: "Tab", run: acceptCompletion },
+                { key: "Ctrl-y", run: deleteLine },
+                { key: "Mod-/", run: toggleComment },
+                { key: "Mod-Shift-z", run: redo },
+                { key: "Mod-z", run: undo },
+                { key: "Ctrl-F8", run: nextDiagnostic },
+            ]),
+        ),
+        keymap.of([
+            ...searchKeymap,
+            ...historyKeymap,
+            ...completionKeymap,
+            ...lintKeymap,
+            indentWithTab,
+            ...defaultKeymap,
+        ]),
         EditorView.contentAttributes.of({ "aria-label": `Source text ${document.path}`, spellcheck: "false" }),
         theme,
-        EditorView.updateListener.of((update) => {
+        EditorView.updateListener.of(update => {
             if (update.focusChanged && update.view.hasFocus) currentView.value = update.view;
             if (!update.docChanged) return;
-            if (!update.transactions.some((transaction) => transaction.annotation(fromOutside)))
+            if (!update.transactions.some(transaction => transaction.annotation(fromOutside)))
                 document.text.value = update.state.doc.toString();
             followEdits(document.path, update.view);
         }),
@@ -82,11 +115,14 @@ function extensions(document: TextDocument): Extension {
 
 /** Breakpoints move with their lines while the text is edited. */
 function followEdits(path: string, view: EditorView): void {
-    const here = breakpoints.value.filter((point) => point.path === path);
+    const here = breakpoints.value.filter(point => point.path === path);
     if (!here.length) return;
     const now = breakpointsOf(view.state);
-    if (now.length === here.length && now.every((point) => here.some((other) => other.line === point.line))) return;
-    carryBreakpoints(path, now.map(({ line, condition, hits, log }) => ({ path, line, condition, hits, log })));
+    if (now.length === here.length && now.every(point => here.some(other => other.line === point.line))) return;
+    carryBreakpoints(
+        path,
+        now.map(({ line, condition, hits, log }) => ({ path, line, condition, hits, log })),
+    );
 }
 
 function toDiagnostic(problem: Problem, state: EditorState): Diagnostic {
@@ -98,9 +134,11 @@ function toDiagnostic(problem: Problem, state: EditorState): Diagnostic {
     const { place } = problem;
     const from = position(place.line, place.column);
     return {
-        from, to: Math.max(position(place.end_line, place.end_column), from),
+        from,
+        to: Math.max(position(place.end_line, place.end_column), from),
         severity: problem.severity === "information" ? "info" : problem.severity,
-        message: problem.text, source: problem.code,
+        message: problem.text,
+        source: problem.code,
     };
 }
 
@@ -119,7 +157,7 @@ function View({ document }: { document: TextDocument }) {
         });
         view.current = created;
         if (active.peek() === document.path) currentView.value = created;
-        document.show = (text) => {
+        document.show = text => {
             if (created.state.doc.toString() === text) return;
             const { head } = created.state.selection.main;
             created.dispatch({
@@ -130,7 +168,7 @@ function View({ document }: { document: TextDocument }) {
         };
         const stops = follow(document, created);
         return () => {
-            stops.forEach((stop) => stop());
+            for (const stop of stops) stop();
             created.destroy();
             if (currentView.peek() === created) currentView.value = null;
         };
@@ -151,16 +189,18 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
             view.dispatch({ effects: language.reconfigure(lspExtension(document.path)) });
         }),
         effect(() => {
-            const lines = breakpoints.value.filter((point) => point.path === document.path).map((point) => {
-                const found = placeOf(point);
-                return { ...point, verified: found?.verified ?? false, reason: found?.message ?? "" };
-            });
+            const lines = breakpoints.value
+                .filter(point => point.path === document.path)
+                .map(point => {
+                    const found = placeOf(point);
+                    return { ...point, verified: found?.verified ?? false, reason: found?.message ?? "" };
+                });
             view.dispatch({ effects: putBreakpoints.of(lines) });
         }),
         effect(() => {
             const addresses = new Map<number, number>();
             const own = assembled.value.get(document.path)?.lines;
-            const lines = own ?? loaded.value?.lines.map((line) => (line.path === document.path ? line.line : 0)) ?? [];
+            const lines = own ?? loaded.value?.lines.map(line => (line.path === document.path ? line.line : 0)) ?? [];
             lines.forEach((line, address) => {
                 if (line && !addresses.has(line)) addresses.set(line, address);
             });
@@ -174,7 +214,12 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
         effect(() => {
             if (languageServer.value) return;
             const list = problems.value.get(document.path) ?? [];
-            view.dispatch(setDiagnostics(view.state, list.map((problem) => toDiagnostic(problem, view.state))));
+            view.dispatch(
+                setDiagnostics(
+                    view.state,
+                    list.map(problem => toDiagnostic(problem, view.state)),
+                ),
+            );
         }),
         effect(() => {
             const wish = goal.value;
@@ -228,30 +273,56 @@ function OutsideNotice({ document }: { document: TextDocument }) {
 function BreakpointEditor() {
     const place = editedBreakpoint.value;
     if (!place) return null;
-    const found = breakpoints.value.find((point) => point.path === place.path && point.line === place.line);
+    const found = breakpoints.value.find(point => point.path === place.path && point.line === place.line);
     const start: Breakpoint = found ?? { path: place.path, line: place.line, condition: "", hits: "", log: "" };
-    const others = breakpoints.value.filter((point) => point !== found);
+    const others = breakpoints.value.filter(point => point !== found);
     const close = () => (editedBreakpoint.value = null);
     const submit = (event: Event) => {
         event.preventDefault();
         const data = new FormData(event.currentTarget as HTMLFormElement);
         const text = (name: string) => String(data.get(name) ?? "").trim();
         void setBreakpoints([
-            ...others, { ...start, condition: text("condition"), hits: text("hits"), log: text("log") },
+            ...others,
+            { ...start, condition: text("condition"), hits: text("hits"), log: text("log") },
         ]);
         close();
     };
     return (
-        <form class="popover breakpoint-editor" style={{ left: `${place.x}px`, top: `${place.y}px` }} onSubmit={submit}
-            onKeyDown={(event) => event.key === "Escape" && close()}>
+        <form
+            class="popover breakpoint-editor"
+            style={{ left: `${place.x}px`, top: `${place.y}px` }}
+            onSubmit={submit}
+            onKeyDown={event => event.key === "Escape" && close()}
+        >
             <h3>Breakpoint at line {place.line}</h3>
-            <label>Hold when<input name="condition" defaultValue={start.condition} placeholder="accumulator &gt; 100" autofocus /></label>
-            <label>at hits<input name="hits" defaultValue={start.hits} placeholder="5, == 3, % 10" /></label>
-            <label>or only tell<input name="log" defaultValue={start.log} placeholder="round {gp[0]}" /></label>
+            <label>
+                Hold when
+                <input name="condition" defaultValue={start.condition} placeholder="accumulator &gt; 100" autofocus />
+            </label>
+            <label>
+                at hits
+                <input name="hits" defaultValue={start.hits} placeholder="5, == 3, % 10" />
+            </label>
+            <label>
+                or only tell
+                <input name="log" defaultValue={start.log} placeholder="round {gp[0]}" />
+            </label>
             <div class="row">
-                <button type="submit" class="primary">Set</button>
-                <button type="button" onClick={() => (void setBreakpoints(others), close())}>Remove</button>
-                <button type="button" onClick={close}>Cancel</button>
+                <button type="submit" class="primary">
+                    Set
+                </button>
+                <button
+                    type="button"
+                    onClick={() => {
+                        void setBreakpoints(others);
+                        close();
+                    }}
+                >
+                    Remove
+                </button>
+                <button type="button" onClick={close}>
+                    Cancel
+                </button>
             </div>
         </form>
     );
@@ -266,7 +337,9 @@ export function Editor() {
     return (
         <>
             {document && <OutsideNotice document={document} />}
-            {[...documents.value.values()].map((item) => <View key={item.path} document={item} />)}
+            {[...documents.value.values()].map(item => (
+                <View key={item.path} document={item} />
+            ))}
             <BreakpointEditor />
         </>
     );

@@ -29,9 +29,13 @@ class BreakpointMarker extends GutterMarker {
         const { condition, hits, log, verified, reason } = this.breakpoint;
         dot.className = `breakpoint${verified ? "" : " unverified"}${log ? " logpoint" : ""}${condition || hits ? " conditional" : ""}`;
         dot.title = [
-            log ? `log: ${log}` : "breakpoint", condition && `when ${condition}`, hits && `hits ${hits}`,
+            log ? `log: ${log}` : "breakpoint",
+            condition && `when ${condition}`,
+            hits && `hits ${hits}`,
             !verified && (reason || "not in the downloaded program"),
-        ].filter(Boolean).join(", ");
+        ]
+            .filter(Boolean)
+            .join(", ");
         return dot;
     }
 }
@@ -45,9 +49,9 @@ export const breakpointField = StateField.define<RangeSet<BreakpointMarker>>({
             if (!effect.is(putBreakpoints)) continue;
             const { doc } = transaction.state;
             const marks = effect.value
-                .filter((mark) => mark.line >= 1 && mark.line <= doc.lines)
+                .filter(mark => mark.line >= 1 && mark.line <= doc.lines)
                 .sort((a, b) => a.line - b.line)
-                .map((mark) => new BreakpointMarker(mark).range(doc.line(mark.line).from));
+                .map(mark => new BreakpointMarker(mark).range(doc.line(mark.line).from));
             set = RangeSet.of(marks);
         }
         return set;
@@ -98,7 +102,7 @@ const executionField = StateField.define<{ line: number; held: boolean; marks: D
         }
         return place && transaction.docChanged ? { ...place, marks: place.marks.map(transaction.changes) } : place;
     },
-    provide: (field) => EditorView.decorations.from(field, (place) => place?.marks ?? Decoration.none),
+    provide: field => EditorView.decorations.from(field, place => place?.marks ?? Decoration.none),
 });
 
 export function gutters(toggle: (line: number) => void, edit: (line: number, at: HTMLElement) => void): Extension {
@@ -109,7 +113,7 @@ export function gutters(toggle: (line: number) => void, edit: (line: number, at:
         gutter({
             class: "breakpoints",
             renderEmptyElements: true,
-            markers: (view) => view.state.field(breakpointField),
+            markers: view => view.state.field(breakpointField),
             domEventHandlers: {
                 mousedown(view, block, event) {
                     const line = view.state.doc.lineAt(block.from).number;
@@ -122,9 +126,15 @@ export function gutters(toggle: (line: number) => void, edit: (line: number, at:
                     return true;
                 },
             },
-            initialSpacer: () => new BreakpointMarker({
-                line: 1, condition: "", hits: "", log: "", verified: true, reason: "",
-            }),
+            initialSpacer: () =>
+                new BreakpointMarker({
+                    line: 1,
+                    condition: "",
+                    hits: "",
+                    log: "",
+                    verified: true,
+                    reason: "",
+                }),
         }),
         gutter({
             class: "addresses",
@@ -132,7 +142,7 @@ export function gutters(toggle: (line: number) => void, edit: (line: number, at:
                 const address = view.state.field(addressField).get(view.state.doc.lineAt(block.from).number);
                 return address === undefined ? null : new AddressMarker(address);
             },
-            lineMarkerChange: (update) =>
+            lineMarkerChange: update =>
                 update.startState.field(addressField) !== update.state.field(addressField) || update.docChanged,
             initialSpacer: () => new AddressMarker(888),
         }),

@@ -4,8 +4,20 @@ import { tags } from "@lezer/highlight";
 import type { Extension } from "@codemirror/state";
 import type { Tables } from "../wire";
 
-type Token = "comment" | "keyword" | "operatorKeyword" | "atom" | "number" | "labelName" | "variableName.definition"
-    | "variableName" | "operator" | "meta" | "invalid" | "function" | null;
+type Token =
+    | "comment"
+    | "keyword"
+    | "operatorKeyword"
+    | "atom"
+    | "number"
+    | "labelName"
+    | "variableName.definition"
+    | "variableName"
+    | "operator"
+    | "meta"
+    | "invalid"
+    | "function"
+    | null;
 
 interface Place {
     /** What the line has had so far. */
@@ -17,11 +29,11 @@ const JUMPS = new Set(["JC", "JA", "CSUB"]);
 const NAME = /^[A-Za-z_]\w*/;
 
 export function tmcl(tables: Tables): Extension {
-    const mnemonics = new Set(tables.commands.map((row) => row.mnemonic));
+    const mnemonics = new Set(tables.commands.map(row => row.mnemonic));
     const foreign = new Set(tables.foreign);
     const functions = new Set(tables.functions);
     const words = new Set(
-        tables.commands.flatMap((row) => row.operands.flatMap((operand) => operand.words.map((word) => word.text))),
+        tables.commands.flatMap(row => row.operands.flatMap(operand => operand.words.map(word => word.text))),
     );
     const language = StreamLanguage.define<Place>({
         name: "tmcl",

@@ -1,11 +1,29 @@
 // The language server of the editor: connection, squiggles with fixes, hints beside numbers, jumps between files.
 import {
-    LSPClient, LSPPlugin, Workspace, findReferencesKeymap, formatKeymap, hoverTooltips, jumpToDefinitionKeymap,
-    renameKeymap, serverCompletion, signatureHelp, type Transport, type WorkspaceFile,
+    LSPClient,
+    LSPPlugin,
+    Workspace,
+    findReferencesKeymap,
+    formatKeymap,
+    hoverTooltips,
+    jumpToDefinitionKeymap,
+    renameKeymap,
+    serverCompletion,
+    signatureHelp,
+    type Transport,
+    type WorkspaceFile,
 } from "@codemirror/lsp-client";
 import { setDiagnostics, type Diagnostic } from "@codemirror/lint";
 import { StateEffect, StateField, type Extension, type Text } from "@codemirror/state";
-import { Decoration, EditorView, ViewPlugin, WidgetType, keymap, type DecorationSet, type ViewUpdate } from "@codemirror/view";
+import {
+    Decoration,
+    EditorView,
+    ViewPlugin,
+    WidgetType,
+    keymap,
+    type DecorationSet,
+    type ViewUpdate,
+} from "@codemirror/view";
 import { effect, signal } from "@preact/signals";
 import type { Problem, Severity } from "../wire";
 import { can, online, welcome } from "../logic/app";
@@ -19,15 +37,35 @@ export const showHints = remembered("hints", true);
 const SYNC_MS = 30;
 const HINTS_MS = 150;
 
-interface Position { line: number; character: number }
-interface Range { start: Position; end: Position }
-interface Published { range: Range; severity?: number; code?: string | number; message: string }
-interface TextEdit { range: Range; newText: string }
-interface CodeAction { title: string; edit?: { changes?: Record<string, TextEdit[]> } }
-interface InlayHint { position: Position; label: string | { value: string }[] }
+interface Position {
+    line: number;
+    character: number;
+}
+interface Range {
+    start: Position;
+    end: Position;
+}
+interface Published {
+    range: Range;
+    severity?: number;
+    code?: string | number;
+    message: string;
+}
+interface TextEdit {
+    range: Range;
+    newText: string;
+}
+interface CodeAction {
+    title: string;
+    edit?: { changes?: Record<string, TextEdit[]> };
+}
+interface InlayHint {
+    position: Position;
+    label: string | { value: string }[];
+}
 
 export const uriOf = (path: string): string =>
-    "file://" + `${welcome.value!.folder}/${path}`.split("/").map(encodeURIComponent).join("/");
+    `file://${`${welcome.value!.folder}/${path}`.split("/").map(encodeURIComponent).join("/")}`;
 
 export function pathOf(uri: string): string {
     const path = decodeURIComponent(uri.replace(/^file:\/\//, ""));
@@ -52,7 +90,7 @@ class Files extends Workspace {
     }
 
     override syncFiles() {
-        return this.files.flatMap((file) => {
+        return this.files.flatMap(file => {
             const plugin = LSPPlugin.get(file.view);
             if (!plugin || plugin.unsyncedChanges.empty) return [];
             const update = { changes: plugin.unsyncedChanges, file, prevDoc: file.doc as Text };
@@ -64,14 +102,21 @@ class Files extends Workspace {
     }
 
     override openFile(uri: string, languageId: string, view: EditorView): void {
-        const file: OpenFile = { uri, languageId, version: this.next(uri), doc: view.state.doc, view, getView: () => view };
-        this.files = [...this.files.filter((other) => other.uri !== uri), file];
+        const file: OpenFile = {
+            uri,
+            languageId,
+            version: this.next(uri),
+            doc: view.state.doc,
+            view,
+            getView: () => view,
+        };
+        this.files = [...this.files.filter(other => other.uri !== uri), file];
         this.client.didOpen(file);
     }
 
     override closeFile(uri: string, view: EditorView): void {
-        if (!this.files.some((file) => file.uri === uri && file.view === view)) return;
-        this.files = this.files.filter((file) => file.uri !== uri);
+        if (!this.files.some(file => file.uri === uri && file.view === view)) return;
+        this.files = this.files.filter(file => file.uri !== uri);
         this.client.didClose(uri);
     }
 
@@ -80,7 +125,7 @@ class Files extends Workspace {
         for (let tries = 0; tries < 40; tries++) {
             const found = this.getFile(uri)?.getView();
             if (found) return found;
-            await new Promise((done) => setTimeout(done, 25));
+            await new Promise(done => setTimeout(done, 25));
         }
         return null;
     }
@@ -92,10 +137,15 @@ const SEVERITIES: Severity[] = ["error", "error", "warning", "information", "hin
 function remember(path: string, diagnostics: Published[]): void {
     const list: Problem[] = diagnostics.map(({ range, severity, code, message }) => ({
         place: {
-            path, line: range.start.line + 1, column: range.start.character + 1,
-            end_line: range.end.line + 1, end_column: range.end.character + 1,
+            path,
+            line: range.start.line + 1,
+            column: range.start.character + 1,
+            end_line: range.end.line + 1,
+            end_column: range.end.character + 1,
         },
-        severity: SEVERITIES[severity ?? 1]!, code: String(code ?? ""), text: message,
+        severity: SEVERITIES[severity ?? 1]!,
+        code: String(code ?? ""),
+        text: message,
     }));
     problems.value = new Map(problems.value).set(path, list);
 }
@@ -112,14 +162,21 @@ function bubble(view: EditorView, published: Published): HTMLElement {
     const plugin = LSPPlugin.get(view);
     if (!plugin) return box;
     plugin.client.sync();
-    const ask = { textDocument: { uri: plugin.uri }, range: published.range, context: { diagnostics: [published], only: ["quickfix"] } };
-    void plugin.client.request<typeof ask, CodeAction[] | null>("textDocument/codeAction", ask).then((actions) => {
-        for (const action of actions ?? []) {
-            const button = box.appendChild(document.createElement("button"));
-            button.textContent = action.title;
-            button.onclick = () => apply(view, action);
-        }
-    }).catch(() => {});
+    const ask = {
+        textDocument: { uri: plugin.uri },
+        range: published.range,
+        context: { diagnostics: [published], only: ["quickfix"] },
+    };
+    void plugin.client
+        .request<typeof ask, CodeAction[] | null>("textDocument/codeAction", ask)
+        .then(actions => {
+            for (const action of actions ?? []) {
+                const button = box.appendChild(document.createElement("button"));
+                button.textContent = action.title;
+                button.onclick = () => apply(view, action);
+            }
+        })
+        .catch(() => {});
     return box;
 }
 
@@ -128,8 +185,10 @@ function apply(view: EditorView, action: CodeAction): void {
     const edits = plugin && action.edit?.changes?.[plugin.uri];
     if (!plugin || !edits) return;
     view.dispatch({
-        changes: edits.map((edit) => ({
-            from: plugin.fromPosition(edit.range.start), to: plugin.fromPosition(edit.range.end), insert: edit.newText,
+        changes: edits.map(edit => ({
+            from: plugin.fromPosition(edit.range.start),
+            to: plugin.fromPosition(edit.range.end),
+            insert: edit.newText,
         })),
         userEvent: "input.fix",
     });
@@ -148,27 +207,34 @@ function publish(client: LSPClient, params: { uri: string; version?: number; dia
         const line = doc.line(Math.min(position.line + 1, doc.lines));
         return plugin.unsyncedChanges.mapPos(Math.min(line.from + position.character, line.to));
     };
-    const diagnostics = params.diagnostics.map((item): Diagnostic => ({
-        from: place(item.range.start), to: Math.max(place(item.range.start), place(item.range.end)),
-        severity: ([, "error", "warning", "info", "hint"] as const)[item.severity ?? 1] ?? "error",
-        message: item.message, source: String(item.code ?? ""), renderMessage: (inside) => bubble(inside, item),
-    }));
+    const diagnostics = params.diagnostics.map(
+        (item): Diagnostic => ({
+            from: place(item.range.start),
+            to: Math.max(place(item.range.start), place(item.range.end)),
+            severity: (["error", "warning", "info", "hint"] as const)[(item.severity ?? 1) - 1] ?? "error",
+            message: item.message,
+            source: String(item.code ?? ""),
+            renderMessage: inside => bubble(inside, item),
+        }),
+    );
     view.dispatch(setDiagnostics(view.state, diagnostics));
     return true;
 }
 
 /** Sends changes soon: the answer to a keystroke should be there before the next one. */
-const promptly = ViewPlugin.fromClass(class {
-    private timer = 0;
-    update(update: ViewUpdate): void {
-        if (!update.docChanged) return;
-        clearTimeout(this.timer);
-        this.timer = window.setTimeout(() => LSPPlugin.get(update.view)?.client.sync(), SYNC_MS);
-    }
-    destroy(): void {
-        clearTimeout(this.timer);
-    }
-});
+const promptly = ViewPlugin.fromClass(
+    class {
+        private timer = 0;
+        update(update: ViewUpdate): void {
+            if (!update.docChanged) return;
+            clearTimeout(this.timer);
+            this.timer = window.setTimeout(() => LSPPlugin.get(update.view)?.client.sync(), SYNC_MS);
+        }
+        destroy(): void {
+            clearTimeout(this.timer);
+        }
+    },
+);
 
 // ------------------------------------------------------------------ hints
 const putHints = StateEffect.define<DecorationSet>();
@@ -180,7 +246,7 @@ const hintField = StateField.define<DecorationSet>({
         for (const effect of transaction.effects) if (effect.is(putHints)) set = effect.value;
         return set;
     },
-    provide: (field) => EditorView.decorations.from(field),
+    provide: field => EditorView.decorations.from(field),
 });
 
 class Hint extends WidgetType {
@@ -198,70 +264,87 @@ class Hint extends WidgetType {
     }
 }
 
-const hints = ViewPlugin.fromClass(class {
-    private timer = 0;
-    constructor(private readonly view: EditorView) {
-        this.soon();
-    }
-    update(update: ViewUpdate): void {
-        if (update.docChanged || update.viewportChanged) this.soon();
-    }
-    private soon(): void {
-        clearTimeout(this.timer);
-        this.timer = window.setTimeout(() => void this.ask(), HINTS_MS);
-    }
-    private async ask(): Promise<void> {
-        const { view } = this;
-        const plugin = LSPPlugin.get(view);
-        if (!plugin || !view.dom.isConnected) return;
-        if (!showHints.peek()) return void view.dispatch({ effects: putHints.of(Decoration.none) });
-        plugin.client.sync();
-        const { from, to } = view.viewport;
-        const { doc } = view.state;
-        const params = { textDocument: { uri: plugin.uri }, range: { start: plugin.toPosition(from), end: plugin.toPosition(to) } };
-        const list = await plugin.client.request<typeof params, InlayHint[] | null>("textDocument/inlayHint", params).catch(() => null);
-        if (!list || view.state.doc !== doc) return;
-        const marks = list.map(({ position, label }) => {
-            const text = typeof label === "string" ? label : label.map((part) => part.value).join("");
-            return Decoration.widget({ widget: new Hint(text), side: 1 }).range(plugin.fromPosition(position));
-        });
-        view.dispatch({ effects: putHints.of(Decoration.set(marks, true)) });
-    }
-    destroy(): void {
-        clearTimeout(this.timer);
-    }
-});
+const hints = ViewPlugin.fromClass(
+    class {
+        private timer = 0;
+        constructor(private readonly view: EditorView) {
+            this.soon();
+        }
+        update(update: ViewUpdate): void {
+            if (update.docChanged || update.viewportChanged) this.soon();
+        }
+        private soon(): void {
+            clearTimeout(this.timer);
+            this.timer = window.setTimeout(() => void this.ask(), HINTS_MS);
+        }
+        private async ask(): Promise<void> {
+            const { view } = this;
+            const plugin = LSPPlugin.get(view);
+            if (!plugin || !view.dom.isConnected) return;
+            if (!showHints.peek()) return void view.dispatch({ effects: putHints.of(Decoration.none) });
+            plugin.client.sync();
+            const { from, to } = view.viewport;
+            const { doc } = view.state;
+            const params = {
+                textDocument: { uri: plugin.uri },
+                range: { start: plugin.toPosition(from), end: plugin.toPosition(to) },
+            };
+            const list = await plugin.client
+                .request<typeof params, InlayHint[] | null>("textDocument/inlayHint", params)
+                .catch(() => null);
+            if (!list || view.state.doc !== doc) return;
+            const marks = list.map(({ position, label }) => {
+                const text = typeof label === "string" ? label : label.map(part => part.value).join("");
+                return Decoration.widget({ widget: new Hint(text), side: 1 }).range(plugin.fromPosition(position));
+            });
+            view.dispatch({ effects: putHints.of(Decoration.set(marks, true)) });
+        }
+        destroy(): void {
+            clearTimeout(this.timer);
+        }
+    },
+);
 
 // ------------------------------------------------------------------ connection
 function connect(): void {
     const socket = new WebSocket(new URL("/lsp", location.href.replace(/^http/, "ws")));
     const handlers = new Set<(text: string) => void>();
     const transport: Transport = {
-        send: (text) => {
+        send: text => {
             if (socket.readyState === WebSocket.OPEN) socket.send(text);
         },
-        subscribe: (handler) => void handlers.add(handler),
-        unsubscribe: (handler) => void handlers.delete(handler),
+        subscribe: handler => void handlers.add(handler),
+        unsubscribe: handler => void handlers.delete(handler),
     };
     const client = new LSPClient({
         rootUri: uriOf("").replace(/\/$/, ""),
         // The gutter shows addresses already.
         initializationOptions: { hints: ["parameter", "value"] },
-        workspace: (owner) => new Files(owner),
+        workspace: owner => new Files(owner),
         extensions: [
-            serverCompletion(), hoverTooltips({ hoverTime: 250 }), signatureHelp(), promptly, hintField, hints,
+            serverCompletion(),
+            hoverTooltips({ hoverTime: 250 }),
+            signatureHelp(),
+            promptly,
+            hintField,
+            hints,
             keymap.of([...jumpToDefinitionKeymap, ...findReferencesKeymap, ...formatKeymap, ...renameKeys]),
-            { clientCapabilities: {
-                textDocument: {
-                    publishDiagnostics: { versionSupport: true }, inlayHint: {},
-                    codeAction: { codeActionLiteralSupport: { codeActionKind: { valueSet: ["quickfix"] } } },
+            {
+                clientCapabilities: {
+                    textDocument: {
+                        publishDiagnostics: { versionSupport: true },
+                        inlayHint: {},
+                        codeAction: { codeActionLiteralSupport: { codeActionKind: { valueSet: ["quickfix"] } } },
+                    },
                 },
-            } },
+            },
         ],
         notificationHandlers: { "textDocument/publishDiagnostics": publish },
         timeout: 10000,
     });
-    socket.onmessage = ({ data }) => handlers.forEach((handler) => handler(String(data)));
+    socket.onmessage = ({ data }) => {
+        for (const handler of handlers) handler(String(data));
+    };
     socket.onopen = () => {
         client.connect(transport);
         void client.initializing.then(() => (languageServer.value = client)).catch(() => {});
@@ -274,7 +357,7 @@ function connect(): void {
 }
 
 /** F2 pauses the program: a symbol is renamed with Shift+F6. */
-const renameKeys = renameKeymap.map((binding) => ({ ...binding, key: "Shift-F6" }));
+const renameKeys = renameKeymap.map(binding => ({ ...binding, key: "Shift-F6" }));
 const connecting = signal(false);
 effect(() => {
     if (!online.value || !can.value.language_server || connecting.value) return;

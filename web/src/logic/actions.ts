@@ -7,7 +7,17 @@ import { ready } from "./authority";
 import { assemble, busy, download, run, upload } from "./build";
 import { go } from "./debugger";
 import {
-    active, activeDocument, activeTab, closeTab, mainFile, newFile, openPage, opened, save, saveAll, type PageName,
+    active,
+    activeDocument,
+    activeTab,
+    closeTab,
+    mainFile,
+    newFile,
+    openPage,
+    opened,
+    save,
+    saveAll,
+    type PageName,
 } from "./documents";
 import { layout, lowerPanel, palette, right, showBottom, showRight, theme } from "./layout";
 import type { ControlProgram } from "../wire";
@@ -33,86 +43,290 @@ const free = (): boolean => idle() && ready.value;
 const runOrContinue = () => (held.value ? go("continue") : run());
 
 export const ACTIONS: Action[] = [
-    { id: "run", title: "Run", group: "Program", keys: ["F9"], icon: "play", enabled: free,
-        hint: "Assemble, download and run from the start; goes on when held at a breakpoint", run: runOrContinue },
-    { id: "stop", title: "Stop", group: "Program", keys: ["Ctrl+F2"], icon: "stop", enabled: () => online.value,
-        hint: "Stop the program; motors go on as they are", run: control("stop") },
-    { id: "continue", title: "Continue", group: "Program", keys: ["Shift+F9"], icon: "continue",
-        enabled: () => free() && !running.value, hint: "Go on from where the program stands", run: () => go("continue") },
-    { id: "pause", title: "Pause", group: "Program", keys: ["F2"], icon: "pause",
-        enabled: () => online.value && running.value, hint: "Hold the program at its next instruction",
-        run: () => go("pause") },
-    { id: "step", title: "Step", group: "Program", keys: ["F7"], icon: "step",
-        enabled: () => free() && !running.value, hint: "Execute one instruction", run: () => go("stepIn") },
-    { id: "step_over", title: "Step over CSUB", group: "Program", keys: ["Shift+F7"], icon: "step-over",
-        enabled: () => free() && !running.value, hint: "Execute one instruction, a CSUB with all that it calls",
-        run: () => go("next") },
-    { id: "step_out", title: "Step out of CSUB", group: "Program", keys: ["Ctrl+F7"], icon: "step-out",
+    {
+        id: "run",
+        title: "Run",
+        group: "Program",
+        keys: ["F9"],
+        icon: "play",
+        enabled: free,
+        hint: "Assemble, download and run from the start; goes on when held at a breakpoint",
+        run: runOrContinue,
+    },
+    {
+        id: "stop",
+        title: "Stop",
+        group: "Program",
+        keys: ["Ctrl+F2"],
+        icon: "stop",
+        enabled: () => online.value,
+        hint: "Stop the program; motors go on as they are",
+        run: control("stop"),
+    },
+    {
+        id: "continue",
+        title: "Continue",
+        group: "Program",
+        keys: ["Shift+F9"],
+        icon: "continue",
+        enabled: () => free() && !running.value,
+        hint: "Go on from where the program stands",
+        run: () => go("continue"),
+    },
+    {
+        id: "pause",
+        title: "Pause",
+        group: "Program",
+        keys: ["F2"],
+        icon: "pause",
+        enabled: () => online.value && running.value,
+        hint: "Hold the program at its next instruction",
+        run: () => go("pause"),
+    },
+    {
+        id: "step",
+        title: "Step",
+        group: "Program",
+        keys: ["F7"],
+        icon: "step",
+        enabled: () => free() && !running.value,
+        hint: "Execute one instruction",
+        run: () => go("stepIn"),
+    },
+    {
+        id: "step_over",
+        title: "Step over CSUB",
+        group: "Program",
+        keys: ["Shift+F7"],
+        icon: "step-over",
+        enabled: () => free() && !running.value,
+        hint: "Execute one instruction, a CSUB with all that it calls",
+        run: () => go("next"),
+    },
+    {
+        id: "step_out",
+        title: "Step out of CSUB",
+        group: "Program",
+        keys: ["Ctrl+F7"],
+        icon: "step-out",
         enabled: () => free() && !running.value && (inRoutine.value || !can.value.debug),
-        hint: "Go on until the CSUB has returned", run: () => go("stepOut") },
-    { id: "reset", title: "Reset", group: "Program", keys: ["Ctrl+Shift+F2"], icon: "reset",
-        enabled: () => online.value, hint: "Stop, and go back to the first instruction", run: control("reset") },
-    { id: "breakpoint", title: "Toggle breakpoint", group: "Program", keys: ["F8"], icon: "breakpoint",
-        enabled: () => can.value.debug, run: toggleHere },
-    { id: "assemble", title: "Assemble", group: "Program", keys: ["F4"], icon: "assemble", enabled: idle,
-        hint: "Check the program and translate it", run: assemble },
-    { id: "download", title: "Download", group: "Program", keys: ["F6"], icon: "download", enabled: idle,
-        hint: "Store the program in the module without starting it", run: () => download(false) },
-    { id: "upload", title: "Upload and disassemble", group: "Program", icon: "upload", enabled: idle,
-        hint: "Read the module's program memory into a new page", run: upload },
-    { id: "main_file", title: "Set or clear the main file", group: "Program",
+        hint: "Go on until the CSUB has returned",
+        run: () => go("stepOut"),
+    },
+    {
+        id: "reset",
+        title: "Reset",
+        group: "Program",
+        keys: ["Ctrl+Shift+F2"],
+        icon: "reset",
+        enabled: () => online.value,
+        hint: "Stop, and go back to the first instruction",
+        run: control("reset"),
+    },
+    {
+        id: "breakpoint",
+        title: "Toggle breakpoint",
+        group: "Program",
+        keys: ["F8"],
+        icon: "breakpoint",
+        enabled: () => can.value.debug,
+        run: toggleHere,
+    },
+    {
+        id: "assemble",
+        title: "Assemble",
+        group: "Program",
+        keys: ["F4"],
+        icon: "assemble",
+        enabled: idle,
+        hint: "Check the program and translate it",
+        run: assemble,
+    },
+    {
+        id: "download",
+        title: "Download",
+        group: "Program",
+        keys: ["F6"],
+        icon: "download",
+        enabled: idle,
+        hint: "Store the program in the module without starting it",
+        run: () => download(false),
+    },
+    {
+        id: "upload",
+        title: "Upload and disassemble",
+        group: "Program",
+        icon: "upload",
+        enabled: idle,
+        hint: "Read the module's program memory into a new page",
+        run: upload,
+    },
+    {
+        id: "main_file",
+        title: "Set or clear the main file",
+        group: "Program",
         hint: "The file that Run means, whatever page is open",
         enabled: () => activeTab.value?.kind === "file" || !!mainFile.value,
-        run: () => (mainFile.value = mainFile.value ? "" : active.value) },
+        run: () => (mainFile.value = mainFile.value ? "" : active.value),
+    },
 
-    { id: "stop_all", title: "STOP ALL", group: "Module", keys: ["F10"], icon: "stop",
-        hint: "Stop the program and all motors", enabled: () => online.value, run: stopAll },
-    ...[0, 1, 2].map((motor): Action => ({
-        id: `stop_motor_${motor}`, title: `Stop motor ${motor}`, group: "Module", keys: [`Alt+${motor + 1}`],
-        enabled: () => online.value, run: () => send("MST", 0, motor),
-    })),
-    { id: "pause_time", title: "Hold or release time", group: "Module", keys: ["Ctrl+F9"],
-        hint: "Freeze the virtual module and the world around it", enabled: () => online.value && can.value.bench,
-        run: () => ask({ call: "set_time", paused: !timePaused.value }) },
-    { id: "step_time", title: "Let one millisecond pass", group: "Module", keys: ["Ctrl+F10"],
-        enabled: () => online.value && can.value.bench, run: () => ask({ call: "step_time", ms: 1 }) },
+    {
+        id: "stop_all",
+        title: "STOP ALL",
+        group: "Module",
+        keys: ["F10"],
+        icon: "stop",
+        hint: "Stop the program and all motors",
+        enabled: () => online.value,
+        run: stopAll,
+    },
+    ...[0, 1, 2].map(
+        (motor): Action => ({
+            id: `stop_motor_${motor}`,
+            title: `Stop motor ${motor}`,
+            group: "Module",
+            keys: [`Alt+${motor + 1}`],
+            enabled: () => online.value,
+            run: () => send("MST", 0, motor),
+        }),
+    ),
+    {
+        id: "pause_time",
+        title: "Hold or release time",
+        group: "Module",
+        keys: ["Ctrl+F9"],
+        hint: "Freeze the virtual module and the world around it",
+        enabled: () => online.value && can.value.bench,
+        run: () => ask({ call: "set_time", paused: !timePaused.value }),
+    },
+    {
+        id: "step_time",
+        title: "Let one millisecond pass",
+        group: "Module",
+        keys: ["Ctrl+F10"],
+        enabled: () => online.value && can.value.bench,
+        run: () => ask({ call: "step_time", ms: 1 }),
+    },
 
     { id: "new", title: "New program", group: "File", keys: ["Alt+N"], icon: "plus", run: () => newFile() },
-    { id: "open", title: "Open a file or do anything…", group: "File", keys: ["Ctrl+P", "Ctrl+K"], icon: "search",
-        run: () => (palette.value = "") },
-    { id: "save", title: "Save", group: "File", keys: ["Ctrl+S"], icon: "save",
-        enabled: () => !!activeDocument.value, run: () => activeDocument.value && save(activeDocument.value) },
+    {
+        id: "open",
+        title: "Open a file or do anything…",
+        group: "File",
+        keys: ["Ctrl+P", "Ctrl+K"],
+        icon: "search",
+        run: () => (palette.value = ""),
+    },
+    {
+        id: "save",
+        title: "Save",
+        group: "File",
+        keys: ["Ctrl+S"],
+        icon: "save",
+        enabled: () => !!activeDocument.value,
+        run: () => activeDocument.value && save(activeDocument.value),
+    },
     { id: "save_all", title: "Save all", group: "File", keys: ["Ctrl+Shift+S"], run: saveAll },
-    { id: "close", title: "Close the page", group: "File", keys: ["Alt+W"], enabled: () => !!active.value,
-        run: () => closeTab(active.value) },
+    {
+        id: "close",
+        title: "Close the page",
+        group: "File",
+        keys: ["Alt+W"],
+        enabled: () => !!active.value,
+        run: () => closeTab(active.value),
+    },
     { id: "find", title: "Find and replace", group: "File", keys: ["Ctrl+F"], run: find },
 
-    ...([["axes", "Axes"], ["bench", "Bench"], ["program", "Program"]] as const).map(([id, title], at): Action => ({
-        id: `show_${id}`, title: `Show ${title}`, group: "View", keys: [`Ctrl+Alt+${at + 1}`],
-        run: () => showRight(id),
-    })),
-    ...([["plot", "Plot"], ["direct", "Direct mode"], ["log", "Telegrams"], ["problems", "Problems"]] as const)
-        .map(([id, title], at): Action => ({
-            id: `show_${id}`, title: `Show ${title}`, group: "View", keys: [`Ctrl+Alt+${at + 4}`],
+    ...(
+        [
+            ["axes", "Axes"],
+            ["bench", "Bench"],
+            ["program", "Program"],
+        ] as const
+    ).map(
+        ([id, title], at): Action => ({
+            id: `show_${id}`,
+            title: `Show ${title}`,
+            group: "View",
+            keys: [`Ctrl+Alt+${at + 1}`],
+            run: () => showRight(id),
+        }),
+    ),
+    ...(
+        [
+            ["plot", "Plot"],
+            ["direct", "Direct mode"],
+            ["log", "Telegrams"],
+            ["problems", "Problems"],
+        ] as const
+    ).map(
+        ([id, title], at): Action => ({
+            id: `show_${id}`,
+            title: `Show ${title}`,
+            group: "View",
+            keys: [`Ctrl+Alt+${at + 4}`],
             run: () => showBottom(id),
-        })),
-    ...([["parameters", "Parameters"], ["tools", "Tools"], ["listing", "Listing"]] as const)
-        .map(([id, title], at): Action => ({
-            id: `show_${id}`, title: `Show ${title}`, group: "View", keys: [`Ctrl+Alt+${["8", "9", "0"][at]}`],
+        }),
+    ),
+    ...(
+        [
+            ["parameters", "Parameters"],
+            ["tools", "Tools"],
+            ["listing", "Listing"],
+        ] as const
+    ).map(
+        ([id, title], at): Action => ({
+            id: `show_${id}`,
+            title: `Show ${title}`,
+            group: "View",
+            keys: [`Ctrl+Alt+${["8", "9", "0"][at]}`],
             run: () => openPage(id as PageName),
-        })),
-    { id: "toggle_files", title: "Show or hide files", group: "View", keys: ["Ctrl+B"],
-        run: () => (layout.value = { ...layout.value, files: !layout.value.files }) },
-    { id: "toggle_bottom", title: "Show or hide the lower panel", group: "View", keys: ["Ctrl+J"],
-        run: () => (lowerPanel().value = lowerPanel().value ? "" : "plot") },
-    { id: "toggle_right", title: "Show or hide the right panel", group: "View", keys: ["Ctrl+Shift+J"],
-        run: () => (right.value = right.value ? "" : "axes") },
-    { id: "hints", title: "Show or hide hints in the source", group: "View", keys: ["Alt+H"],
-        run: () => (showHints.value = !showHints.value) },
-    { id: "theme", title: "Change between dark and light", group: "View", keys: ["Alt+T"], icon: "theme",
-        run: () => (theme.value = shownTheme() === "dark" ? "light" : "dark") },
-    { id: "keys", title: "Keyboard shortcuts", group: "View", keys: ["F1"], icon: "help",
-        run: () => (overview.value = !overview.value) },
+        }),
+    ),
+    {
+        id: "toggle_files",
+        title: "Show or hide files",
+        group: "View",
+        keys: ["Ctrl+B"],
+        run: () => (layout.value = { ...layout.value, files: !layout.value.files }),
+    },
+    {
+        id: "toggle_bottom",
+        title: "Show or hide the lower panel",
+        group: "View",
+        keys: ["Ctrl+J"],
+        run: () => (lowerPanel().value = lowerPanel().value ? "" : "plot"),
+    },
+    {
+        id: "toggle_right",
+        title: "Show or hide the right panel",
+        group: "View",
+        keys: ["Ctrl+Shift+J"],
+        run: () => (right.value = right.value ? "" : "axes"),
+    },
+    {
+        id: "hints",
+        title: "Show or hide hints in the source",
+        group: "View",
+        keys: ["Alt+H"],
+        run: () => (showHints.value = !showHints.value),
+    },
+    {
+        id: "theme",
+        title: "Change between dark and light",
+        group: "View",
+        keys: ["Alt+T"],
+        icon: "theme",
+        run: () => (theme.value = shownTheme() === "dark" ? "light" : "dark"),
+    },
+    {
+        id: "keys",
+        title: "Keyboard shortcuts",
+        group: "View",
+        keys: ["F1"],
+        icon: "help",
+        run: () => (overview.value = !overview.value),
+    },
 ];
 
 export const overview = signal(false);
@@ -122,8 +336,8 @@ effect(() => {
     document.documentElement.dataset.theme = shownTheme();
 });
 
-const BY_ID = new Map(ACTIONS.map((action) => [action.id, action]));
-const BY_KEYS = new Map(ACTIONS.flatMap((action) => (action.keys ?? []).map((keys) => [keys, action] as const)));
+const BY_ID = new Map(ACTIONS.map(action => [action.id, action]));
+const BY_KEYS = new Map(ACTIONS.flatMap(action => (action.keys ?? []).map(keys => [keys, action] as const)));
 
 export const action = (id: string): Action => BY_ID.get(id)!;
 export function perform(id: string): void {
@@ -133,16 +347,23 @@ export function perform(id: string): void {
 
 /** `Ctrl+Shift+S` for an event of these keys. */
 export function keysOf(event: KeyboardEvent): string {
-    const name = event.code.startsWith("Digit") ? event.code.slice(5)
-        : event.code.startsWith("Key") ? event.code.slice(3) : event.key;
+    const name = event.code.startsWith("Digit")
+        ? event.code.slice(5)
+        : event.code.startsWith("Key")
+          ? event.code.slice(3)
+          : event.key;
     const control = event.ctrlKey || event.metaKey;
     return [control && "Ctrl", event.altKey && "Alt", event.shiftKey && "Shift", name].filter(Boolean).join("+");
 }
 
-window.addEventListener("keydown", (event) => {
-    const found = BY_KEYS.get(keysOf(event));
-    if (!found || (found.id === "find" && !activeDocument.value)) return;
-    event.preventDefault();
-    event.stopPropagation();
-    perform(found.id);
-}, { capture: true });
+window.addEventListener(
+    "keydown",
+    event => {
+        const found = BY_KEYS.get(keysOf(event));
+        if (!found || (found.id === "find" && !activeDocument.value)) return;
+        event.preventDefault();
+        event.stopPropagation();
+        perform(found.id);
+    },
+    { capture: true },
+);

@@ -1,11 +1,36 @@
 // The page's state: what the server told, what the module does, and the notices on screen.
 import { batch, computed, signal } from "@preact/signals";
 import {
-    CURVES, GROUPS, MOTOR_FLAGS, PROTOCOL, TIME_FLAGS, readBoard, readFrame, readMotor, readProgram, readQuality, readTime,
+    CURVES,
+    GROUPS,
+    MOTOR_FLAGS,
+    PROTOCOL,
+    TIME_FLAGS,
+    readBoard,
+    readFrame,
+    readMotor,
+    readProgram,
+    readQuality,
+    readTime,
 } from "../wire";
 import type {
-    BoardState, Call, Exchange, FileEntry, Listing, MotorState, Parameter, ProgramState, QualityState, Results,
-    ServerEvent, Severity, Telegram, TimeState, Watched, Welcome, World,
+    BoardState,
+    Call,
+    Exchange,
+    FileEntry,
+    Listing,
+    MotorState,
+    Parameter,
+    ProgramState,
+    QualityState,
+    Results,
+    ServerEvent,
+    Severity,
+    Telegram,
+    TimeState,
+    Watched,
+    Welcome,
+    World,
 } from "../wire";
 import { sure } from "./confirm";
 import { Connection, RefusedError } from "./connection";
@@ -20,13 +45,20 @@ export const files = signal<FileEntry[]>([]);
 export const loaded = signal<Listing | null>(null);
 export const world = signal<World | null>(null);
 export const progress = signal<{ title: string; done: number; total: number } | null>(null);
-export const link = signal<{ up: boolean; text: string; place: string; ascii: boolean }>({ up: true, text: "", place: "", ascii: false });
+export const link = signal<{ up: boolean; text: string; place: string; ascii: boolean }>({
+    up: true,
+    text: "",
+    place: "",
+    ascii: false,
+});
 /** Windows that look at this module. */
 export const windows = signal(1);
 
 export const online = computed(() => connection.state.value === "open" && welcome.value !== null);
 /** The module can be reached too. */
-export const reachable = computed(() => online.value && link.value.up && (!told.value || (powered.value && plugged.value)));
+export const reachable = computed(
+    () => online.value && link.value.up && (!told.value || (powered.value && plugged.value)),
+);
 export const can = computed(
     () => welcome.value?.ability ?? { bench: false, debug: false, peek: false, language_server: false },
 );
@@ -38,7 +70,7 @@ export const time = signal<TimeState>(readTime(empty, 0));
 export const program = signal<ProgramState>(readProgram(empty, 0));
 export const motors = [0, 1, 2].map(() => signal<MotorState>(readMotor(empty, 0)));
 /** The same for figures that people read: ten times a second is as fast as anybody can. */
-export const figures = [0, 1, 2].map((motor) => signal<MotorState>(motors[motor]!.peek()));
+export const figures = [0, 1, 2].map(motor => signal<MotorState>(motors[motor]!.peek()));
 export const shownSeconds = signal(0);
 export const shownProgram = signal<ProgramState>(program.peek());
 const READ_MS = 90;
@@ -62,10 +94,19 @@ export const watched = signal<(number | null)[]>([]);
 
 // ------------------------------------------------------------------ what is known, and since when
 const ALL = 0xffffffff;
-const nothing: QualityState = { ...readQuality(empty, 0), motor0: ALL, motor1: ALL, motor2: ALL, program: 0xffff, board: 0xffff, seen: 0 };
+const nothing: QualityState = {
+    ...readQuality(empty, 0),
+    motor0: ALL,
+    motor1: ALL,
+    motor2: ALL,
+    program: 0xffff,
+    board: 0xffff,
+    seen: 0,
+};
 const quality = signal<QualityState>(nothing);
 /** Number of a value in its group, by name. */
-const order = (state: object): Record<string, number> => Object.fromEntries(Object.keys(state).map((name, at) => [name, at]));
+const order = (state: object): Record<string, number> =>
+    Object.fromEntries(Object.keys(state).map((name, at) => [name, at]));
 const MOTOR_ROWS = order(readMotor(empty, 0));
 const PROGRAM_ROWS = order(readProgram(empty, 0));
 const BOARD_ROWS = order(readBoard(empty, 0));
@@ -148,13 +189,13 @@ function takeSamples(data: ArrayBuffer): void {
 /** Called with each row of samples. */
 export const sampleListeners = new Set<(row: Float64Array) => void>();
 
-connection.onFrame = (data) => {
+connection.onFrame = data => {
     if (new Uint8Array(data, 0, 1)[0] === 0) return takeSamples(data);
     batch(() => {
         readFrame(
             data,
             (index, group) => takers[GROUPS[index]!.name]!(group as never),
-            (values) => (watched.value = values),
+            values => (watched.value = values),
         );
         showFigures();
     });
@@ -190,18 +231,18 @@ let noticeId = 0;
 export function notify(severity: Severity, text: string, action?: Notice["action"], key = ""): void {
     output.value = [...output.value.slice(-499), { severity, text, at: new Date() }];
     const id = ++noticeId;
-    const others = notices.value.filter((notice) => notice.text !== text && (!key || notice.key !== key)).slice(-3);
+    const others = notices.value.filter(notice => notice.text !== text && (!key || notice.key !== key)).slice(-3);
     notices.value = [...others, { id, severity, text, action, key }];
     setTimeout(() => dismiss(id), severity === "error" ? 30000 : action ? 15000 : 6000);
 }
 
 export const dismiss = (id: number): void => {
-    notices.value = notices.value.filter((notice) => notice.id !== id);
+    notices.value = notices.value.filter(notice => notice.id !== id);
 };
 
 /** Messages of these kinds have lost their cause. */
 export const forget = (...keys: string[]): void => {
-    const left = notices.peek().filter((notice) => !keys.includes(notice.key ?? ""));
+    const left = notices.peek().filter(notice => !keys.includes(notice.key ?? ""));
     if (left.length !== notices.peek().length) notices.value = left;
 };
 
@@ -233,7 +274,8 @@ const NEVER_ANSWERED = 137;
 export async function execute(command: Command): Promise<Exchange | null> {
     const exchange = await ask({ call: "execute", ...command });
     if (exchange?.status === 100) forget("command");
-    if (exchange && exchange.status !== 100 && command.number !== NEVER_ANSWERED) notify("warning", `${exchange.text}: ${exchange.meaning}`, undefined, "command");
+    if (exchange && exchange.status !== 100 && command.number !== NEVER_ANSWERED)
+        notify("warning", `${exchange.text}: ${exchange.meaning}`, undefined, "command");
     return exchange;
 }
 
@@ -242,10 +284,10 @@ export const send = (mnemonic: string, type: number, motor: number, value = 0): 
     execute({ number: numberOf(mnemonic), type, motor, value });
 
 export const numberOf = (mnemonic: string): number =>
-    tables.value.commands.find((row) => row.mnemonic === mnemonic)!.number;
+    tables.value.commands.find(row => row.mnemonic === mnemonic)!.number;
 
 /** A parameter's row by its key, such as `max_speed`. */
-export const axisParameter = (key: string): Parameter => tables.value.axis.find((row) => row.key === key)!;
+export const axisParameter = (key: string): Parameter => tables.value.axis.find(row => row.key === key)!;
 
 export const setAxis = (key: string, motor: number, value: number): Promise<Exchange | null> =>
     send("SAP", axisParameter(key).number, motor, value);
@@ -270,7 +312,10 @@ const sendWatches = (): void => void connection.call({ call: "watch", items: wat
 export function setWatches(items: Watched[]): void {
     const before = watches.value;
     watches.value = items.slice(0, WATCH_SLOTS);
-    samples.arrange(WATCH_COLUMN, Array.from({ length: WATCH_SLOTS }, (_, slot) => before.indexOf(watches.value[slot]!)));
+    samples.arrange(
+        WATCH_COLUMN,
+        Array.from({ length: WATCH_SLOTS }, (_, slot) => before.indexOf(watches.value[slot]!)),
+    );
     watched.value = [];
     sendWatches();
 }
@@ -279,7 +324,7 @@ export function setWatches(items: Watched[]): void {
 const eventListeners = new Set<(event: ServerEvent) => void>();
 export const onServerEvent = (listener: (event: ServerEvent) => void): void => void eventListeners.add(listener);
 
-connection.onEvent = (event) => {
+connection.onEvent = event => {
     switch (event.event) {
         case "welcome":
             batch(() => welcomed(event));
@@ -302,7 +347,10 @@ connection.onEvent = (event) => {
             break;
         case "happened":
             samples.mark({
-                time: event.clock / tables.value.clock_hz, text: event.text, motor: event.motor, kind: event.kind,
+                time: event.clock / tables.value.clock_hz,
+                text: event.text,
+                motor: event.motor,
+                kind: event.kind,
             });
             break;
         case "world_changed":
@@ -331,8 +379,8 @@ function welcomed(event: Welcome): void {
     document.title = `${event.model.known ? event.model.name : "no module"} · tmcm34x`;
     sendRate();
     if (watches.value.length) sendWatches();
-    void connection.call({ call: "list_files" }).then((list) => (files.value = list));
-    if (event.ability.bench) void connection.call({ call: "read_world" }).then((found) => (world.value = found));
+    void connection.call({ call: "list_files" }).then(list => (files.value = list));
+    if (event.ability.bench) void connection.call({ call: "read_world" }).then(found => (world.value = found));
 }
 
 /** Enough for dials and plots to look alive, and cheap. */

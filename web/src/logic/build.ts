@@ -14,14 +14,17 @@ export const busy = signal("");
 function keep(path: string, result: Assembled, show: boolean): void {
     assembled.value = new Map(assembled.value).set(path, result);
     const map = new Map(problems.value);
-    const others = new Set(result.problems.map((problem) => problem.place.path));
+    const others = new Set(result.problems.map(problem => problem.place.path));
     for (const name of [path, ...others]) {
         if (languageServer.value && documents.value.has(name)) continue;
-        map.set(name, result.problems.filter((problem) => problem.place.path === name));
+        map.set(
+            name,
+            result.problems.filter(problem => problem.place.path === name),
+        );
     }
     problems.value = map;
     if (show && !result.listing) {
-        const first = result.problems.find((problem) => problem.severity === "error");
+        const first = result.problems.find(problem => problem.severity === "error");
         if (first) {
             const { path: where, line, column } = first.place;
             void openFile(where, line, column);
@@ -73,16 +76,21 @@ async function store(call: Call & { call: "download" }): Promise<Assembled | nul
     } finally {
         busy.value = "";
     }
-    const answer = await choose("Another program is in the module",
+    const answer = await choose(
+        "Another program is in the module",
         "This IDE has not loaded the program that the module holds. A download erases it. Upload it first to keep it as a text.",
-        [{ id: "upload", title: "Upload it first", tone: "primary" }, { id: "replace", title: "Replace it", tone: "danger" }]);
+        [
+            { id: "upload", title: "Upload it first", tone: "primary" },
+            { id: "replace", title: "Replace it", tone: "danger" },
+        ],
+    );
     if (answer === "upload") await upload();
     return answer === "replace" ? store({ ...call, replace: true }) : null;
 }
 
 /** Files that are on the disk already are saved before a download; new texts stay where they are. */
 async function saveAllKnown(): Promise<void> {
-    const fresh = [...documents.value.values()].some((document) => !document.stamp);
+    const fresh = [...documents.value.values()].some(document => !document.stamp);
     if (!fresh) await saveAll();
 }
 
@@ -105,7 +113,11 @@ export async function upload(): Promise<void> {
 /** The text of `path` is what the module holds: it gets the running line and breakpoints. */
 async function adopt(path: string): Promise<void> {
     const known = await ask({ call: "adopt", path, texts: screenTexts() });
-    if (known === false) notify("warning", "The uploaded text does not assemble to what the module holds: running line and breakpoints are not shown in it.");
+    if (known === false)
+        notify(
+            "warning",
+            "The uploaded text does not assemble to what the module holds: running line and breakpoints are not shown in it.",
+        );
 }
 
 /** The source differs from what the module holds. */

@@ -17,10 +17,12 @@ export const question = signal<Question | null>(null);
 /** The id of the chosen answer, null for none. A question takes the place of one that is open. */
 export function choose(title: string, text: string, answers: Answer[]): Promise<string | null> {
     question.peek()?.settle(null);
-    return new Promise((resolve) => {
+    return new Promise(resolve => {
         question.value = {
-            title, text, answers,
-            settle: (id) => {
+            title,
+            text,
+            answers,
+            settle: id => {
                 question.value = null;
                 resolve(id);
             },

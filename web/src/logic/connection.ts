@@ -6,7 +6,10 @@ export type LinkState = "connecting" | "open" | "lost" | "refused";
 
 /** A call that the server did not do; `code` is for the page, the message for people. */
 export class RefusedError extends Error {
-    constructor(readonly code: string, message: string) {
+    constructor(
+        readonly code: string,
+        message: string,
+    ) {
         super(message);
     }
 }

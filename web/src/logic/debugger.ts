@@ -74,18 +74,28 @@ const takers: Record<string, (body: never) => void> = {
     },
     // Log points may be passed often: they have one notice, and their lines are in the list of messages.
     output: ({ category, output, line }: Dap.OutputEvent["body"]) =>
-        notify(category === "stderr" ? "error" : "information", output.trimEnd(), undefined, line === undefined ? "" : "log"),
+        notify(
+            category === "stderr" ? "error" : "information",
+            output.trimEnd(),
+            undefined,
+            line === undefined ? "" : "log",
+        ),
     breakpoint: ({ breakpoint }: Dap.BreakpointEvent["body"]) => {
         const moved = [...placed.value].find(([, known]) => known.id === breakpoint.id);
         if (moved) placed.value = new Map(placed.value).set(moved[0], breakpoint);
     },
     tmcl_breakpoints: (body: { source: Dap.Source; breakpoints: Dap.SourceBreakpoint[]; placed: Dap.Breakpoint[] }) => {
         const path = relative(body.source.path);
-        const here = body.breakpoints.map((point): Breakpoint => ({
-            path, line: point.line, condition: point.condition ?? "", hits: point.hitCondition ?? "",
-            log: point.logMessage ?? "",
-        }));
-        breakpoints.value = [...breakpoints.value.filter((point) => point.path !== path), ...here];
+        const here = body.breakpoints.map(
+            (point): Breakpoint => ({
+                path,
+                line: point.line,
+                condition: point.condition ?? "",
+                hits: point.hitCondition ?? "",
+                log: point.logMessage ?? "",
+            }),
+        );
+        breakpoints.value = [...breakpoints.value.filter(point => point.path !== path), ...here];
         keep(path, here, body.placed);
     },
     tmcl_filters: (body: { filters: string[] }) => (holdOnErrors.value = body.filters.includes(REFUSED)),
@@ -103,26 +113,34 @@ function keep(path: string, points: Breakpoint[], answers: Dap.Breakpoint[]): vo
 export async function setBreakpoints(list: Breakpoint[]): Promise<void> {
     const before = breakpoints.value;
     breakpoints.value = list;
-    await Promise.all([...new Set([...before, ...list].map((point) => point.path))].map(sendBreakpoints));
+    await Promise.all([...new Set([...before, ...list].map(point => point.path))].map(sendBreakpoints));
 }
 
 let carryTimer = 0;
 /** Breakpoints of a file have moved with their lines, or gone with them. */
 export function carryBreakpoints(path: string, points: Breakpoint[]): void {
-    breakpoints.value = [...breakpoints.value.filter((point) => point.path !== path), ...points];
+    breakpoints.value = [...breakpoints.value.filter(point => point.path !== path), ...points];
     clearTimeout(carryTimer);
     carryTimer = window.setTimeout(() => void sendBreakpoints(path), 400);
 }
 
 async function sendBreakpoints(path: string): Promise<void> {
-    const here = breakpoints.value.filter((point) => point.path === path);
-    const wanted = here.map((point): Dap.SourceBreakpoint => ({
-        line: point.line, condition: point.condition, hitCondition: point.hits, logMessage: point.log,
-    }));
-    const answer = await attempt<Dap.SetBreakpointsResponse>("setBreakpoints", { source: { path }, breakpoints: wanted });
+    const here = breakpoints.value.filter(point => point.path === path);
+    const wanted = here.map(
+        (point): Dap.SourceBreakpoint => ({
+            line: point.line,
+            condition: point.condition,
+            hitCondition: point.hits,
+            logMessage: point.log,
+        }),
+    );
+    const answer = await attempt<Dap.SetBreakpointsResponse>("setBreakpoints", {
+        source: { path },
+        breakpoints: wanted,
+    });
     if (!answer) return;
     keep(path, here, answer.breakpoints);
-    const vain = answer.breakpoints.find((point) => !point.verified);
+    const vain = answer.breakpoints.find(point => !point.verified);
     if (vain && !can.value.debug) notify("information", `No breakpoints here: ${vain.message}.`);
 }
 
@@ -149,8 +167,10 @@ export const go = (command: "continue" | "pause" | "next" | "stepIn" | "stepOut"
 /** The open routines, the innermost first. */
 export async function readStack(): Promise<Frame[]> {
     const answer = await attempt<Dap.StackTraceResponse>("stackTrace", { threadId: 1 });
-    return (answer?.stackFrames ?? []).map((frame) => ({
-        name: frame.name, address: Number(frame.instructionPointerReference), path: relative(frame.source?.path),
+    return (answer?.stackFrames ?? []).map(frame => ({
+        name: frame.name,
+        address: Number(frame.instructionPointerReference),
+        path: relative(frame.source?.path),
         line: frame.line,
     }));
 }

@@ -78,15 +78,18 @@ export const problemCount = computed(() => {
     let errors = 0;
     let warnings = 0;
     for (const list of problems.value.values())
-        for (const problem of list) problem.severity === "error" ? errors++ : problem.severity === "warning" && warnings++;
+        for (const problem of list)
+            problem.severity === "error" ? errors++ : problem.severity === "warning" && warnings++;
     return { errors, warnings };
 });
 
 const keyOf = (tab: Tab): string => (tab.kind === "file" ? tab.path : `:${tab.kind}`);
-export const activeTab = computed(() => tabs.value.find((tab) => keyOf(tab) === active.value) ?? null);
+export const activeTab = computed(() => tabs.value.find(tab => keyOf(tab) === active.value) ?? null);
 export const activeDocument = computed(() => documents.value.get(active.value) ?? null);
 /** The program that Run and Assemble mean. */
-export const target = computed(() => mainFile.value || (activeTab.value?.kind === "file" ? active.value : lastFile.value));
+export const target = computed(
+    () => mainFile.value || (activeTab.value?.kind === "file" ? active.value : lastFile.value),
+);
 const lastFile = signal("");
 effect(() => {
     if (activeTab.value?.kind === "file") lastFile.value = active.value;
@@ -94,7 +97,7 @@ effect(() => {
 });
 
 export function openPage(kind: PageName): void {
-    if (!tabs.value.some((tab) => tab.kind === kind)) tabs.value = [...tabs.value, { kind, path: "" }];
+    if (!tabs.value.some(tab => tab.kind === kind)) tabs.value = [...tabs.value, { kind, path: "" }];
     active.value = `:${kind}`;
 }
 
@@ -103,7 +106,7 @@ export async function openFile(path: string, line = 0, column = 1): Promise<Text
     if (!document) return null;
     batch(() => {
         active.value = path;
-        if (!tabs.value.some((tab) => tab.kind === "file" && tab.path === path))
+        if (!tabs.value.some(tab => tab.kind === "file" && tab.path === path))
             tabs.value = [...tabs.value, { kind: "file", path }];
     });
     if (line) goal.value = { path, line, column };
@@ -115,7 +118,7 @@ export async function newFile(text = "", wish = "program"): Promise<TextDocument
     await restored;
     let path = `${wish}.tmc`;
     const taken = (name: string) =>
-        documents.value.has(name) || isDraft(name) || files.value.some((file) => file.path === name);
+        documents.value.has(name) || isDraft(name) || files.value.some(file => file.path === name);
     for (let n = 2; taken(path); n++) path = `${wish}${n}.tmc`;
     const document = new TextDocument(path);
     keep(document);
@@ -169,7 +172,11 @@ async function writeFile(document: TextDocument, force: boolean): Promise<boolea
         const text = document.text.value;
         const stamp = force ? "*" : document.stamp;
         const entry = await connection.call({
-            call: "write_file", path: document.path, text, stamp, newline: document.newline,
+            call: "write_file",
+            path: document.path,
+            text,
+            stamp,
+            newline: document.newline,
         });
         document.stamp = entry.stamp;
         document.saved.value = text;
@@ -217,7 +224,8 @@ export async function rename(path: string, to: string): Promise<void> {
     try {
         await document?.saving;
         if (document?.stamp !== "") await connection.call({ call: "rename_file", path, to });
-        else if (files.value.some((file) => file.path === to)) throw new RefusedError("exists", `${to} is there already.`);
+        else if (files.value.some(file => file.path === to))
+            throw new RefusedError("exists", `${to} is there already.`);
     } catch (error) {
         if (!(error instanceof RefusedError)) throw error;
         return notify("error", error.message);
@@ -233,22 +241,25 @@ export async function rename(path: string, to: string): Promise<void> {
         document.keepDraft();
         documents.value = map.set(to, document);
     }
-    tabs.value = tabs.value.map((tab) => (tab.path === path ? { ...tab, path: to } : tab));
+    tabs.value = tabs.value.map(tab => (tab.path === path ? { ...tab, path: to } : tab));
     if (active.value === path) active.value = to;
     if (mainFile.value === path) mainFile.value = to;
-    void setBreakpoints(breakpoints.value.map((point) => (point.path === path ? { ...point, path: to } : point)));
+    void setBreakpoints(breakpoints.value.map(point => (point.path === path ? { ...point, path: to } : point)));
 }
 
 /** Close a tab; unsaved text stays as a draft unless `discard`. */
 export function closeTab(key: string, discard = false): void {
-    const at = tabs.value.findIndex((tab) => keyOf(tab) === key);
+    const at = tabs.value.findIndex(tab => keyOf(tab) === key);
     if (at < 0) return;
     const document = documents.value.get(key);
     if (document && discard) document.forgetDraft();
     else document?.keepDraft();
     if (document?.dirty.value && !discard)
-        notify("information", `${key} is closed; its unsaved text is kept.`, { title: "Open again", run: () => void openFile(key) });
-    tabs.value = tabs.value.filter((tab) => keyOf(tab) !== key);
+        notify("information", `${key} is closed; its unsaved text is kept.`, {
+            title: "Open again",
+            run: () => void openFile(key),
+        });
+    tabs.value = tabs.value.filter(tab => keyOf(tab) !== key);
     const map = new Map(documents.value);
     map.delete(key);
     documents.value = map;
@@ -267,7 +278,11 @@ export function screenTexts(): Record<string, string> {
 const lastStart = remembered("start", "");
 /** What was to be opened at first is open. */
 export const opened = signal(false);
-const restored = new Promise<void>((done) => effect(() => { if (opened.value) done(); }));
+const restored = new Promise<void>(done =>
+    effect(() => {
+        if (opened.value) done();
+    }),
+);
 
 /** At the first contact: what was open here before, drafts, and what the server was told to show. */
 export async function restore(): Promise<void> {
@@ -275,7 +290,7 @@ export async function restore(): Promise<void> {
     const before = active.value;
     tabs.value = [];
     const drafts = await draftPaths();
-    const listed = new Set((await ask({ call: "list_files" }))?.map((file) => file.path) ?? []);
+    const listed = new Set((await ask({ call: "list_files" }))?.map(file => file.path) ?? []);
     for (const tab of known) {
         if (tab.kind !== "file") tabs.value = [...tabs.value, tab];
         else if (listed.has(tab.path) || drafts.includes(tab.path)) await openFile(tab.path);
@@ -284,14 +299,14 @@ export async function restore(): Promise<void> {
     const { start, open } = welcome.value!;
     const again = start === lastStart.value;
     lastStart.value = start;
-    if ((again || !open.length) && tabs.value.some((tab) => keyOf(tab) === before)) active.value = before;
+    if ((again || !open.length) && tabs.value.some(tab => keyOf(tab) === before)) active.value = before;
     if (!listed.has(mainFile.value) || (!again && open.length)) mainFile.value = "";
     opened.value = true;
 }
 
-onServerEvent((event) => {
+onServerEvent(event => {
     if (event.event !== "files_changed") return;
-    const stamps = new Map(event.files.map((file) => [file.path, file.stamp]));
+    const stamps = new Map(event.files.map(file => [file.path, file.stamp]));
     for (const document of documents.value.values()) {
         if (!document.stamp || document.moving) continue;
         const stamp = stamps.get(document.path);

@@ -23,7 +23,7 @@ const name = (path: string, window = WINDOW): string => `${prefix()}${path}\n${w
 
 function stored(): { name: string; path: string; window: string }[] {
     const start = prefix();
-    return names(start).map((found) => {
+    return names(start).map(found => {
         const [path, window] = found.slice(start.length).split("\n") as [string, string];
         return { name: found, path, window };
     });
@@ -32,8 +32,8 @@ function stored(): { name: string; path: string; window: string }[] {
 /** Windows that are open now, without this one; nobody knows them where the page did not come from this machine. */
 async function others(): Promise<Set<string>> {
     const held = (await navigator.locks?.query())?.held ?? [];
-    const windows = held.map((lock) => lock.name ?? "").filter((lock) => lock.startsWith(LOCK));
-    return new Set(windows.map((lock) => lock.slice(LOCK.length)).filter((window) => window !== WINDOW));
+    const windows = held.map(lock => lock.name ?? "").filter(lock => lock.startsWith(LOCK));
+    return new Set(windows.map(lock => lock.slice(LOCK.length)).filter(window => window !== WINDOW));
 }
 
 /** Keep a text; false when the store is full. */
@@ -44,15 +44,15 @@ export const keepDraft = (path: string, text: string, stamp: string): boolean =>
 export const dropDraft = (path: string): void => void write(name(path), null);
 
 /** Whether any window has kept a text under this path. */
-export const isDraft = (path: string): boolean => stored().some((draft) => draft.path === path);
+export const isDraft = (path: string): boolean => stored().some(draft => draft.path === path);
 
 /** This window's draft, or the newest of a window that is no more, which becomes this one's. */
 export async function takeDraft(path: string): Promise<Draft | null> {
     const own = read<Draft>(name(path));
     if (own) return own;
     const living = await others();
-    const left = stored().filter((draft) => draft.path === path && !living.has(draft.window));
-    const drafts = left.map((found) => ({ ...found, draft: read<Draft>(found.name)! }));
+    const left = stored().filter(draft => draft.path === path && !living.has(draft.window));
+    const drafts = left.map(found => ({ ...found, draft: read<Draft>(found.name)! }));
     const newest = drafts.sort((a, b) => b.draft.at - a.draft.at)[0];
     if (!newest) return null;
     write(newest.name, null);
@@ -63,5 +63,11 @@ export async function takeDraft(path: string): Promise<Draft | null> {
 /** Paths with drafts that this window may take. */
 export async function draftPaths(): Promise<string[]> {
     const living = await others();
-    return [...new Set(stored().filter((draft) => !living.has(draft.window)).map((draft) => draft.path))];
+    return [
+        ...new Set(
+            stored()
+                .filter(draft => !living.has(draft.window))
+                .map(draft => draft.path),
+        ),
+    ];
 }

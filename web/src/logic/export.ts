@@ -9,7 +9,7 @@ export interface Curve {
 /** One line a sample: time in seconds, then the curves. */
 export function toCsv(samples: Samples, curves: readonly Curve[]): string {
     const quoted = (text: string) => (/[",\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text);
-    const lines = [["time_s", ...curves.map((curve) => quoted(curve.title.replace(/ /g, "_")))].join(",")];
+    const lines = [["time_s", ...curves.map(curve => quoted(curve.title.replace(/ /g, "_")))].join(",")];
     for (let n = 0; n < samples.length; n++) {
         const values = curves.map(({ column }) => {
             const value = samples.value(column, n);
@@ -17,7 +17,7 @@ export function toCsv(samples: Samples, curves: readonly Curve[]): string {
         });
         lines.push([samples.time(n).toFixed(6), ...values].join(","));
     }
-    return lines.join("\n") + "\n";
+    return `${lines.join("\n")}\n`;
 }
 
 const identifier = (n: number): string =>
@@ -27,7 +27,8 @@ const identifier = (n: number): string =>
 export function toVcd(samples: Samples, curves: readonly Curve[]): string {
     const marks = identifier(curves.length);
     const lines = ["$timescale 1us $end", "$scope module tmcm34x $end"];
-    curves.forEach(({ title }, n) => lines.push(`$var integer 32 ${identifier(n)} ${title.replace(/\W+/g, "_")} $end`));
+    for (const [n, { title }] of curves.entries())
+        lines.push(`$var integer 32 ${identifier(n)} ${title.replace(/\W+/g, "_")} $end`);
     lines.push(`$var string 1 ${marks} events $end`, "$upscope $end", "$enddefinitions $end");
     const last: (number | null)[] = curves.map(() => null);
     let mark = 0;
@@ -49,5 +50,5 @@ export function toVcd(samples: Samples, curves: readonly Curve[]): string {
             last[index] = value;
         });
     }
-    return lines.join("\n") + "\n";
+    return `${lines.join("\n")}\n`;
 }

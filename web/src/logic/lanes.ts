@@ -17,14 +17,19 @@ export function ticks(low: number, high: number, wish: number): number[] {
     const size = high - low;
     if (!(size > 0) || wish < 1) return [];
     const power = 10 ** Math.floor(Math.log10(size / wish));
-    const step = [1, 2, 5, 10].map((n) => n * power).find((n) => size / n <= wish + 0.5) ?? 10 * power;
+    const step = [1, 2, 5, 10].map(n => n * power).find(n => size / n <= wish + 0.5) ?? 10 * power;
     const first = Math.ceil(low / step - 1e-9);
-    return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, n) => +((first + n) * step).toPrecision(12));
+    return Array.from(
+        { length: Math.floor(high / step + 1e-9) - first + 1 },
+        (_, n) => +((first + n) * step).toPrecision(12),
+    );
 }
 
 /** A lane's range made smaller or larger by `factor` around `centre`. */
-export const zoomed = ([low, high]: [number, number], centre: number, factor: number): [number, number] =>
-    [centre - (centre - low) * factor, centre + (high - centre) * factor];
+export const zoomed = ([low, high]: [number, number], centre: number, factor: number): [number, number] => [
+    centre - (centre - low) * factor,
+    centre + (high - centre) * factor,
+];
 
 type Value = number | null | undefined;
 

@@ -7,7 +7,12 @@ export type BottomPanel = "plot" | "direct" | "log" | "problems" | "";
 
 export const theme = remembered<"dark" | "light" | "">("theme", "");
 const fingers = matchMedia("(pointer: coarse)").matches;
-export const layout = remembered("layout", { files: true, filesWidth: 188, rightWidth: fingers ? 476 : 404, bottomHeight: fingers ? 296 : 236 });
+export const layout = remembered("layout", {
+    files: true,
+    filesWidth: 188,
+    rightWidth: fingers ? 476 : 404,
+    bottomHeight: fingers ? 296 : 236,
+});
 export const right = remembered<RightPanel>("right", "axes");
 /** With room enough the axes stay, and bench or program stand beside them. */
 const wide = matchMedia("(min-width: 1600px)");

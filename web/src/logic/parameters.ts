@@ -30,7 +30,8 @@ function items(): Watched[] {
         for (const row of axis.filter(readable))
             for (let motor = 0; motor < 3; motor++) list.push({ bank: -1, number: row.number, motor });
     for (const row of globals.filter(readable))
-        if (want.has(row.bank === 2 ? "variables" : "globals")) list.push({ bank: row.bank, number: row.number, motor: 0 });
+        if (want.has(row.bank === 2 ? "variables" : "globals"))
+            list.push({ bank: row.bank, number: row.number, motor: 0 });
     if (want.has("coordinates"))
         for (let number = 0; number < tables.value.coordinates; number++)
             for (let motor = 0; motor < 3; motor++) list.push({ bank: COORDINATE_BANK, number, motor });
@@ -74,7 +75,7 @@ export async function refresh(): Promise<void> {
     parameters.value = { axis, globals, coordinates };
 }
 
-onServerEvent((event) => {
+onServerEvent(event => {
     if (event.event === "motion_ended" && (event.kind === "restore" || event.kind === "search")) void refresh();
 });
 

@@ -19,7 +19,10 @@ export class Samples {
     version = 0;
 
     /** Column 0 is the time in seconds; it must not fall. */
-    constructor(readonly width: number, readonly capacity: number) {
+    constructor(
+        readonly width: number,
+        readonly capacity: number,
+    ) {
         this.columns = Array.from({ length: width }, () => new Float64Array(capacity));
     }
 
@@ -79,7 +82,8 @@ export class Samples {
         const result: (number | null | undefined)[] = [];
         for (let index = first; index < last; index += stride) {
             let value = HOLE;
-            for (let at = Math.min(index + stride, last) - 1; at >= index && value === HOLE; at--) value = this.value(column, at);
+            for (let at = Math.min(index + stride, last) - 1; at >= index && value === HOLE; at--)
+                value = this.value(column, at);
             result.push(value === HOLE ? undefined : Number.isNaN(value) ? null : value);
         }
         return result;

@@ -36,7 +36,9 @@ function readDigits(text: string): number | null {
 /** Words that must all occur; a word with a leading minus must not. */
 export function matches(text: string, words: readonly string[]): boolean {
     const low = text.toLowerCase();
-    return words.every((word) => (word.length > 1 && word.startsWith("-") ? !low.includes(word.slice(1)) : low.includes(word)));
+    return words.every(word =>
+        word.length > 1 && word.startsWith("-") ? !low.includes(word.slice(1)) : low.includes(word),
+    );
 }
 
 /** How well `text` matches `wish`: letters in order; 0 is not at all, more is better. */

@@ -11,8 +11,7 @@ export interface Scale {
 }
 
 /** Microsteps a second. */
-export const rate = (s: Scale, velocity: number): number =>
-    (s.clock_hz * velocity) / (2 ** s.pulse_div * 2048 * 32);
+export const rate = (s: Scale, velocity: number): number => (s.clock_hz * velocity) / (2 ** s.pulse_div * 2048 * 32);
 
 /** Microsteps a second squared. */
 export const rateSlope = (s: Scale, acceleration: number): number =>
@@ -37,8 +36,7 @@ export const rampSeconds = (s: Scale, velocity: number, acceleration: number): n
 const DIGITS = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
 
 /** A whole number with thin spaces between thousands and a true minus sign. */
-export const grouped = (value: number): string =>
-    DIGITS.format(value).replace(/,/g, "\u2009").replace("-", "\u2212");
+export const grouped = (value: number): string => DIGITS.format(value).replace(/,/g, "\u2009").replace("-", "\u2212");
 
 /** Three significant digits. */
 export function short(value: number): string {

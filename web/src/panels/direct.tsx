@@ -17,9 +17,16 @@ const MNEMONIC = /^[A-Z]/;
 const answers = signal<{ exchange: Exchange; at: number }[]>([]);
 let counter = 0;
 /** The second reply of command 138 comes by itself: it is listed with the others. */
-onServerEvent((event) => {
+onServerEvent(event => {
     if (event.event !== "happened" || event.kind !== "target") return;
-    const exchange: Exchange = { text: "138, second reply", sent: "", received: "", status: 100, value: 0, meaning: event.text };
+    const exchange: Exchange = {
+        text: "138, second reply",
+        sent: "",
+        received: "",
+        status: 100,
+        value: 0,
+        meaning: event.text,
+    };
     answers.value = [...answers.value.slice(-199), { exchange, at: ++counter }];
 });
 
@@ -33,7 +40,7 @@ async function perform(run: () => Promise<Exchange | null>): Promise<void> {
 
 /** Have a line come back with the arrow key. */
 function recall(text: string): void {
-    history.value = [...history.value.filter((other) => other !== text).slice(-99), text];
+    history.value = [...history.value.filter(other => other !== text).slice(-99), text];
 }
 
 /** The line is in the history at once, answered or not. */
@@ -44,7 +51,7 @@ function executeLine(text: string): Promise<void> {
 
 function parameterRows(operand: OperandShape, bank: number): Parameter[] {
     if (operand.kind === "axis_parameter") return tables.value.axis;
-    if (operand.kind === "global_parameter") return tables.value.globals.filter((row) => row.bank === bank);
+    if (operand.kind === "global_parameter") return tables.value.globals.filter(row => row.bank === bank);
     return [];
 }
 
@@ -52,57 +59,108 @@ function OperandField({ operand, row }: { operand: OperandShape; row: CommandSha
     const value = fields.value[operand.field] ?? "0";
     const set = (text: string) => (fields.value = { ...fields.value, [operand.field]: text });
     const rows = parameterRows(operand, Number(fields.value.motor) || 0);
-    const known = rows.find((item) => String(item.number) === value);
+    const known = rows.find(item => String(item.number) === value);
     const name = `${operand.name} of ${row.mnemonic || row.title}`;
     return (
         <label class={`operand field-${operand.field}`}>
-            <span>{operand.name}{rows.length && known ? <i> {known.access}</i> : null}</span>
+            <span>
+                {operand.name}
+                {rows.length && known ? <i> {known.access}</i> : null}
+            </span>
             {operand.words.length ? (
-                <select aria-label={name} value={value} onChange={(event) => set(event.currentTarget.value)}>
-                    {operand.words.map((word) => <option key={word.value} value={String(word.value)}>{word.value} {word.text}</option>)}
+                <select aria-label={name} value={value} onChange={event => set(event.currentTarget.value)}>
+                    {operand.words.map(word => (
+                        <option key={word.value} value={String(word.value)}>
+                            {word.value} {word.text}
+                        </option>
+                    ))}
                 </select>
             ) : rows.length ? (
-                <select aria-label={name} value={value} onChange={(event) => set(event.currentTarget.value)}>
+                <select aria-label={name} value={value} onChange={event => set(event.currentTarget.value)}>
                     {!known && <option value={value}>{value}</option>}
-                    {rows.map((item) => <option key={item.key} value={String(item.number)}>{item.number} {item.name}</option>)}
+                    {rows.map(item => (
+                        <option key={item.key} value={String(item.number)}>
+                            {item.number} {item.name}
+                        </option>
+                    ))}
                 </select>
             ) : (
-                <input class={`number ${readNumber(value) === null ? "wrong" : ""}`} aria-label={name} value={value}
-                    title={`${operand.low} to ${operand.high}`} onInput={(event) => set(event.currentTarget.value)} />
+                <input
+                    class={`number ${readNumber(value) === null ? "wrong" : ""}`}
+                    aria-label={name}
+                    value={value}
+                    title={`${operand.low} to ${operand.high}`}
+                    onInput={event => set(event.currentTarget.value)}
+                />
             )}
         </label>
     );
 }
 
 function Form() {
-    const rows = [...tables.value.commands.filter((row) => row.where.includes("direct")), ...tables.value.control];
-    const row = rows.find((item) => item.number === chosen.value) ?? rows[0]!;
+    const rows = [...tables.value.commands.filter(row => row.where.includes("direct")), ...tables.value.control];
+    const row = rows.find(item => item.number === chosen.value) ?? rows[0]!;
     const numbers = () => {
-        const read = (name: string) => (row.operands.some((item) => item.field === name) ? readNumber(fields.value[name] ?? "0") : 0);
+        const read = (name: string) =>
+            row.operands.some(item => item.field === name) ? readNumber(fields.value[name] ?? "0") : 0;
         return { type: read("type"), motor: read("motor"), value: read("value") };
     };
-    const whole = Object.values(numbers()).every((value) => value !== null && Number.isInteger(value));
+    const whole = Object.values(numbers()).every(value => value !== null && Number.isInteger(value));
     return (
-        <form class="direct-form" onSubmit={(event) => {
-            event.preventDefault();
-            const { type, motor, value } = numbers();
-            if (type === null || motor === null || value === null) return;
-            void perform(() => ask({ call: "execute", number: row.number, type, motor, value }));
-        }}>
-            <label class="operand instruction"><span>instruction</span>
-                <select aria-label="Instruction" value={String(row.number)}
-                    onChange={(event) => (chosen.value = Number(event.currentTarget.value))}>
-                    <optgroup label="Commands">{rows.filter((item) => item.mnemonic).map((item) =>
-                        <option key={item.number} value={String(item.number)}>{item.number} {item.mnemonic} · {item.title}</option>)}</optgroup>
-                    <optgroup label="Control functions">{rows.filter((item) => !item.mnemonic).map((item) =>
-                        <option key={item.number} value={String(item.number)}>{item.number} · {item.title}</option>)}</optgroup>
+        <form
+            class="direct-form"
+            onSubmit={event => {
+                event.preventDefault();
+                const { type, motor, value } = numbers();
+                if (type === null || motor === null || value === null) return;
+                void perform(() => ask({ call: "execute", number: row.number, type, motor, value }));
+            }}
+        >
+            <label class="operand instruction">
+                <span>instruction</span>
+                <select
+                    aria-label="Instruction"
+                    value={String(row.number)}
+                    onChange={event => (chosen.value = Number(event.currentTarget.value))}
+                >
+                    <optgroup label="Commands">
+                        {rows
+                            .filter(item => item.mnemonic)
+                            .map(item => (
+                                <option key={item.number} value={String(item.number)}>
+                                    {item.number} {item.mnemonic} · {item.title}
+                                </option>
+                            ))}
+                    </optgroup>
+                    <optgroup label="Control functions">
+                        {rows
+                            .filter(item => !item.mnemonic)
+                            .map(item => (
+                                <option key={item.number} value={String(item.number)}>
+                                    {item.number} · {item.title}
+                                </option>
+                            ))}
+                    </optgroup>
                 </select>
             </label>
-            {row.operands.map((operand) => <OperandField key={operand.field} operand={operand} row={row} />)}
-            <button class="primary" type="submit" disabled={!online.value || !whole}>Execute</button>
-            <button type="button" class={recording.value ? "recording" : ""} aria-pressed={recording.value} title="Copy each executed command into the program in front"
-                onClick={() => (recording.value = !recording.value)}>{recording.value ? "Recording" : "Record"}</button>
-            <p class="muted hint">{row.meaning} <span class="section">{row.section}</span></p>
+            {row.operands.map(operand => (
+                <OperandField key={operand.field} operand={operand} row={row} />
+            ))}
+            <button class="primary" type="submit" disabled={!online.value || !whole}>
+                Execute
+            </button>
+            <button
+                type="button"
+                class={recording.value ? "recording" : ""}
+                aria-pressed={recording.value}
+                title="Copy each executed command into the program in front"
+                onClick={() => (recording.value = !recording.value)}
+            >
+                {recording.value ? "Recording" : "Record"}
+            </button>
+            <p class="muted hint">
+                {row.meaning} <span class="section">{row.section}</span>
+            </p>
         </form>
     );
 }
@@ -110,33 +168,50 @@ function Form() {
 function Line() {
     const place = useSignal(0);
     return (
-        <form class="direct-line" onSubmit={(event) => {
-            event.preventDefault();
-            const text = line.value.trim();
-            if (!text) return;
-            place.value = 0;
-            void executeLine(text);
-            line.value = "";
-        }}>
-            <span class="prompt" aria-hidden="true">›</span>
-            <input aria-label="Command line" placeholder="GAP 1, 0 — Enter sends, ↑ brings back" value={line.value} spellcheck={false}
-                onInput={(event) => (line.value = event.currentTarget.value)}
-                onKeyDown={(event) => {
+        <form
+            class="direct-line"
+            onSubmit={event => {
+                event.preventDefault();
+                const text = line.value.trim();
+                if (!text) return;
+                place.value = 0;
+                void executeLine(text);
+                line.value = "";
+            }}
+        >
+            <span class="prompt" aria-hidden="true">
+                ›
+            </span>
+            <input
+                aria-label="Command line"
+                placeholder="GAP 1, 0 — Enter sends, ↑ brings back"
+                value={line.value}
+                spellcheck={false}
+                onInput={event => (line.value = event.currentTarget.value)}
+                onKeyDown={event => {
                     const step = { ArrowUp: 1, ArrowDown: -1 }[event.key];
                     if (!step) return;
                     event.preventDefault();
                     place.value = Math.max(0, Math.min(history.value.length, place.value + step));
                     line.value = place.value ? history.value[history.value.length - place.value]! : "";
-                }} />
+                }}
+            />
         </form>
     );
 }
 
 export function insertIntoEditor(text: string): void {
     const view = currentView.value;
-    if (!view) return notify("information", "Open a program to copy into.");
+    if (!view) {
+        notify("information", "Open a program to copy into.");
+        return;
+    }
     const at = view.state.doc.lineAt(view.state.selection.main.head);
-    view.dispatch({ changes: { from: at.to, insert: `${at.length ? "\n" : ""}    ${text}` }, selection: { anchor: at.to }, scrollIntoView: true });
+    view.dispatch({
+        changes: { from: at.to, insert: `${at.length ? "\n" : ""}    ${text}` },
+        selection: { anchor: at.to },
+        scrollIntoView: true,
+    });
 }
 
 async function copyBytes({ sent, received }: Exchange): Promise<void> {
@@ -153,13 +228,43 @@ function Answer({ exchange }: { exchange: Exchange }) {
     return (
         <div class={`answer ${good ? "" : "bad"}`} role="listitem">
             <span class="command">{exchange.text}</span>
-            <span class="bytes"><span title="Sent">{exchange.sent}</span> <span title="Received">{exchange.received || (exchange.sent ? "no answer" : "")}</span></span>
-            <span class="value" title="Value of the answer">{exchange.status && exchange.sent ? exchange.value : ""}</span>
-            <span class="result" title={exchange.meaning}>{plain ? "100" : `${exchange.status || ""} ${exchange.meaning}`}</span>
+            <span class="bytes">
+                <span title="Sent">{exchange.sent}</span>{" "}
+                <span title="Received">{exchange.received || (exchange.sent ? "no answer" : "")}</span>
+            </span>
+            <span class="value" title="Value of the answer">
+                {exchange.status && exchange.sent ? exchange.value : ""}
+            </span>
+            <span class="result" title={exchange.meaning}>
+                {plain ? "100" : `${exchange.status || ""} ${exchange.meaning}`}
+            </span>
             <span class="acts">
-                {exchange.sent && <button class="tool" title="Copy the bytes" aria-label="Copy the bytes" onClick={() => void copyBytes(exchange)}><Icon name="table" /></button>}
-                <button class="tool" title="Send again" aria-label="Send again" onClick={() => executeLine(exchange.text)}><Icon name="continue" /></button>
-                <button class="tool" title="Copy to the editor" aria-label="Copy to the editor" onClick={() => insertIntoEditor(exchange.text)}><Icon name="copy" /></button>
+                {exchange.sent && (
+                    <button
+                        class="tool"
+                        title="Copy the bytes"
+                        aria-label="Copy the bytes"
+                        onClick={() => void copyBytes(exchange)}
+                    >
+                        <Icon name="table" />
+                    </button>
+                )}
+                <button
+                    class="tool"
+                    title="Send again"
+                    aria-label="Send again"
+                    onClick={() => executeLine(exchange.text)}
+                >
+                    <Icon name="continue" />
+                </button>
+                <button
+                    class="tool"
+                    title="Copy to the editor"
+                    aria-label="Copy to the editor"
+                    onClick={() => insertIntoEditor(exchange.text)}
+                >
+                    <Icon name="copy" />
+                </button>
             </span>
         </div>
     );
@@ -176,17 +281,44 @@ function Terminal() {
     };
     return (
         <div class="terminal" aria-label="ASCII interface" role="region">
-            <div class="row"><b>ASCII interface</b> <span class="muted">The module's letter is put before each line. While it is on, no binary command is executed.</span>
-                <button class="primary" onClick={() => sendLine("BIN")}>Back to binary (BIN)</button></div>
-            <form class="direct-line" onSubmit={(event) => {
-                event.preventDefault();
-                void sendLine(text.value);
-                text.value = "";
-            }}>
-                <span class="prompt" aria-hidden="true">\u203a</span>
-                <input aria-label="ASCII line" placeholder="GAP 1, 0" value={text.value} spellcheck={false} onInput={(event) => (text.value = event.currentTarget.value)} />
+            <div class="row">
+                <b>ASCII interface</b>{" "}
+                <span class="muted">
+                    The module's letter is put before each line. While it is on, no binary command is executed.
+                </span>
+                <button class="primary" onClick={() => sendLine("BIN")}>
+                    Back to binary (BIN)
+                </button>
+            </div>
+            <form
+                class="direct-line"
+                onSubmit={event => {
+                    event.preventDefault();
+                    void sendLine(text.value);
+                    text.value = "";
+                }}
+            >
+                <span class="prompt" aria-hidden="true">
+                    \u203a
+                </span>
+                <input
+                    aria-label="ASCII line"
+                    placeholder="GAP 1, 0"
+                    value={text.value}
+                    spellcheck={false}
+                    onInput={event => (text.value = event.currentTarget.value)}
+                />
             </form>
-            <div role="log" class="mono">{terminal.value.slice().reverse().map(({ line, back }, at) => <div key={terminal.value.length - at}><b>{line}</b> {back || "nothing came back"}</div>)}</div>
+            <div role="log" class="mono">
+                {terminal.value
+                    .slice()
+                    .reverse()
+                    .map(({ line, back }, at) => (
+                        <div key={terminal.value.length - at}>
+                            <b>{line}</b> {back || "nothing came back"}
+                        </div>
+                    ))}
+            </div>
         </div>
     );
 }
@@ -196,12 +328,29 @@ export function Direct() {
     if (link.value.ascii) return <Terminal />;
     return (
         <div class="direct">
-            <div class="left"><Form /><Line /></div>
+            <div class="left">
+                <Form />
+                <Line />
+            </div>
             <div class="answers">
                 {list.length ? (
-                    <div role="list" aria-label="Answers">{list.slice().reverse().map(({ exchange, at }) => <Answer key={at} exchange={exchange} />)}</div>
-                ) : <Empty icon="right" title="Nothing sent yet">Try <button class="link" onClick={() => executeLine("GAP 1, 0")}>GAP 1, 0</button> to
-                    read the position of motor 0: that moves nothing.</Empty>}
+                    <div role="list" aria-label="Answers">
+                        {list
+                            .slice()
+                            .reverse()
+                            .map(({ exchange, at }) => (
+                                <Answer key={at} exchange={exchange} />
+                            ))}
+                    </div>
+                ) : (
+                    <Empty icon="right" title="Nothing sent yet">
+                        Try{" "}
+                        <button class="link" onClick={() => executeLine("GAP 1, 0")}>
+                            GAP 1, 0
+                        </button>{" "}
+                        to read the position of motor 0: that moves nothing.
+                    </Empty>
+                )}
             </div>
         </div>
     );

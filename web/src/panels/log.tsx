@@ -22,35 +22,107 @@ export function Log() {
     const top = useSignal(0);
     const shown = useComputed(() => {
         const words = filter.value.toLowerCase().split(/\s+/).filter(Boolean);
-        return words.length ? telegrams.value.filter((line) => matches(`${line.link} ${line.direction} ${line.data} ${line.text}`, words)) : telegrams.value;
+        return words.length
+            ? telegrams.value.filter(line => matches(`${line.link} ${line.direction} ${line.data} ${line.text}`, words))
+            : telegrams.value;
     });
     useSignalEffect(() => {
         void shown.value.length;
-        if (following.value && box.current) requestAnimationFrame(() => box.current && (box.current.scrollTop = box.current.scrollHeight));
+        if (following.value && box.current)
+            requestAnimationFrame(() => box.current && (box.current.scrollTop = box.current.scrollHeight));
     });
     const hz = tables.value.clock_hz;
     const first = Math.max(0, Math.floor(top.value / ROW) - 5);
     const last = Math.min(shown.value.length, Math.ceil((top.value + window.innerHeight) / ROW));
-    const text = () => shown.value.map((line) => [(line.clock / hz).toFixed(6), line.link, line.direction === "in" ? ">" : "<", line.data, line.text].join("\t")).join("\n") + "\n";
+    const text = () =>
+        `${shown.value
+            .map(line =>
+                [
+                    (line.clock / hz).toFixed(6),
+                    line.link,
+                    line.direction === "in" ? ">" : "<",
+                    line.data,
+                    line.text,
+                ].join("\t"),
+            )
+            .join("\n")}\n`;
     return (
         <div class="log">
             <div class="bar">
-                <label class="search"><Icon name="filter" /><input placeholder="filter: words, -without" aria-label="Filter telegrams" value={filter.value}
-                    onInput={(event) => (filter.value = event.currentTarget.value)} /></label>
-                <span class="muted">{shown.value.length}{filter.value && ` of ${telegrams.value.length}`} telegrams{droppedTelegrams.value ? `, ${droppedTelegrams.value} too many to keep` : ""}</span>
-                {!can.value.peek && <label class="check" title="The IDE reads positions and states all the time"><input type="checkbox" checked={polls.value} onChange={(event) => (polls.value = event.currentTarget.checked)} /> with the IDE's polling</label>}
+                <label class="search">
+                    <Icon name="filter" />
+                    <input
+                        placeholder="filter: words, -without"
+                        aria-label="Filter telegrams"
+                        value={filter.value}
+                        onInput={event => (filter.value = event.currentTarget.value)}
+                    />
+                </label>
+                <span class="muted">
+                    {shown.value.length}
+                    {filter.value && ` of ${telegrams.value.length}`} telegrams
+                    {droppedTelegrams.value ? `, ${droppedTelegrams.value} too many to keep` : ""}
+                </span>
+                {!can.value.peek && (
+                    <label class="check" title="The IDE reads positions and states all the time">
+                        <input
+                            type="checkbox"
+                            checked={polls.value}
+                            onChange={event => (polls.value = event.currentTarget.checked)}
+                        />{" "}
+                        with the IDE's polling
+                    </label>
+                )}
                 <span class="gap" />
-                <button class={`tool ${following.value ? "on" : ""}`} aria-pressed={following.value} title="Stay at the newest line" aria-label="Stay at the newest line" onClick={() => (following.value = !following.value)}><Icon name="down" /></button>
-                <button class="tool" title="Save the lines shown" aria-label="Save the lines shown" onClick={() => offer("telegrams.txt", text())}><Icon name="save" /></button>
-                <button class="tool" title="Forget all lines" aria-label="Forget all lines" onClick={() => { telegrams.value = []; droppedTelegrams.value = 0; }}><Icon name="trash" /></button>
+                <button
+                    class={`tool ${following.value ? "on" : ""}`}
+                    aria-pressed={following.value}
+                    title="Stay at the newest line"
+                    aria-label="Stay at the newest line"
+                    onClick={() => (following.value = !following.value)}
+                >
+                    <Icon name="down" />
+                </button>
+                <button
+                    class="tool"
+                    title="Save the lines shown"
+                    aria-label="Save the lines shown"
+                    onClick={() => offer("telegrams.txt", text())}
+                >
+                    <Icon name="save" />
+                </button>
+                <button
+                    class="tool"
+                    title="Forget all lines"
+                    aria-label="Forget all lines"
+                    onClick={() => {
+                        telegrams.value = [];
+                        droppedTelegrams.value = 0;
+                    }}
+                >
+                    <Icon name="trash" />
+                </button>
             </div>
             {shown.value.length ? (
-                <div class="lines" ref={box} role="log" aria-label="Telegrams" tabIndex={0} onScroll={(event) => (top.value = event.currentTarget.scrollTop)}>
+                <div
+                    class="lines"
+                    ref={box}
+                    role="log"
+                    aria-label="Telegrams"
+                    tabIndex={0}
+                    onScroll={event => (top.value = event.currentTarget.scrollTop)}
+                >
                     <div style={{ height: `${shown.value.length * ROW}px`, position: "relative" }}>
                         {shown.value.slice(first, last).map((line, n) => (
-                            <div key={line.number} class={`telegram ${line.direction} ${line.status && line.status < 100 ? "bad" : ""}`} style={{ top: `${(first + n) * ROW}px` }}>
+                            <div
+                                key={line.number}
+                                class={`telegram ${line.direction} ${line.status && line.status < 100 ? "bad" : ""}`}
+                                style={{ top: `${(first + n) * ROW}px` }}
+                            >
                                 <span class="when">{(line.clock / hz).toFixed(6)}</span>
-                                <span class="link-name" title={line.link}>{line.link}</span>
+                                <span class="link-name" title={line.link}>
+                                    {line.link}
+                                </span>
                                 <span class="arrow">{line.direction === "in" ? "→" : "←"}</span>
                                 <span class="bytes">{line.data}</span>
                                 <span class="text">{line.text}</span>
@@ -58,8 +130,13 @@ export function Log() {
                         ))}
                     </div>
                 </div>
-            ) : telegrams.value.length ? <Empty icon="filter" title="No line has all these words" />
-                : <Empty icon="list" title="Quiet lines">Telegrams of every link appear here: of this IDE's direct mode, and of other hosts.</Empty>}
+            ) : telegrams.value.length ? (
+                <Empty icon="filter" title="No line has all these words" />
+            ) : (
+                <Empty icon="list" title="Quiet lines">
+                    Telegrams of every link appear here: of this IDE's direct mode, and of other hosts.
+                </Empty>
+            )}
         </div>
     );
 }

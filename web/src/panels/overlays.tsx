@@ -2,7 +2,19 @@
 import { useSignal } from "@preact/signals";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { ACTIONS, overview, perform } from "../logic/actions";
-import { ask, connection, dismiss, files, link, notices, plugged, powered, progress, told, welcome } from "../logic/app";
+import {
+    ask,
+    connection,
+    dismiss,
+    files,
+    link,
+    notices,
+    plugged,
+    powered,
+    progress,
+    told,
+    welcome,
+} from "../logic/app";
 import { assembled } from "../logic/build";
 import { openFile, openPage, PAGES, target, type PageName } from "../logic/documents";
 import { question } from "../logic/confirm";
@@ -13,16 +25,32 @@ import { exportSettings, pickSettings } from "../logic/exchange";
 import { Modal } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
-interface Row { title: string; detail: string; run: () => unknown; weight: number }
+interface Row {
+    title: string;
+    detail: string;
+    run: () => unknown;
+    weight: number;
+}
 
 /** Labels of the program in front, each with its line. */
 function labels(): Row[] {
     const listing = assembled.value.get(target.value)?.listing;
     if (!listing) return [];
-    return listing.symbols.filter((symbol) => symbol.kind === "label").flatMap((symbol) => {
-        const line = listing.lines[Number(symbol.value)];
-        return line?.line ? [{ title: symbol.name, detail: `label, line ${line.line}`, run: () => openFile(line.path, line.line), weight: 0 }] : [];
-    });
+    return listing.symbols
+        .filter(symbol => symbol.kind === "label")
+        .flatMap(symbol => {
+            const line = listing.lines[Number(symbol.value)];
+            return line?.line
+                ? [
+                      {
+                          title: symbol.name,
+                          detail: `label, line ${line.line}`,
+                          run: () => openFile(line.path, line.line),
+                          weight: 0,
+                      },
+                  ]
+                : [];
+        });
 }
 
 export function Palette() {
@@ -37,38 +65,92 @@ export function Palette() {
     const wish = palette.value.trim().toLowerCase();
     const close = () => (palette.value = null);
     const rows: Row[] = [
-        ...files.value.filter((file) => !file.folder).map((file) => ({ title: file.path, detail: "file", run: () => openFile(file.path), weight: 1 })),
-        ...ACTIONS.filter((row) => row.id !== "open" && (row.enabled?.() ?? true)).map((row) => ({ title: row.title, detail: row.keys?.[0] ?? row.group, run: () => perform(row.id), weight: 0 })),
-        ...Object.entries(PAGES).filter(([kind]) => kind !== "guide").map(([kind, title]) => ({ title: `Open ${title}`, detail: "page", run: () => openPage(kind as PageName), weight: 0 })),
-        ...Object.entries(TOOLS).map(([id, title]) => ({ title, detail: "tool", run: () => (openPage("tools"), (tool.value = id as ToolName)), weight: 0 })),
-        ...Object.entries(SECTIONS).map(([id, title]) => ({ title: `Parameters: ${title}`, detail: "page", run: () => (openPage("parameters"), (section.value = id as SectionName)), weight: 0 })),
+        ...files.value
+            .filter(file => !file.folder)
+            .map(file => ({ title: file.path, detail: "file", run: () => openFile(file.path), weight: 1 })),
+        ...ACTIONS.filter(row => row.id !== "open" && (row.enabled?.() ?? true)).map(row => ({
+            title: row.title,
+            detail: row.keys?.[0] ?? row.group,
+            run: () => perform(row.id),
+            weight: 0,
+        })),
+        ...Object.entries(PAGES)
+            .filter(([kind]) => kind !== "guide")
+            .map(([kind, title]) => ({
+                title: `Open ${title}`,
+                detail: "page",
+                run: () => openPage(kind as PageName),
+                weight: 0,
+            })),
+        ...Object.entries(TOOLS).map(([id, title]) => ({
+            title,
+            detail: "tool",
+            run: () => {
+                openPage("tools");
+                tool.value = id as ToolName;
+            },
+            weight: 0,
+        })),
+        ...Object.entries(SECTIONS).map(([id, title]) => ({
+            title: `Parameters: ${title}`,
+            detail: "page",
+            run: () => {
+                openPage("parameters");
+                section.value = id as SectionName;
+            },
+            weight: 0,
+        })),
         ...labels(),
         { title: "Export settings as TMCL source", detail: "settings", run: () => exportSettings("tmcl"), weight: 0 },
         { title: "Export settings as TOML", detail: "settings", run: () => exportSettings("toml"), weight: 0 },
         { title: "Import settings\u2026", detail: "settings", run: pickSettings, weight: 0 },
     ];
-    const found = rows.map((row) => ({ row, rank: score(row.title, wish) + row.weight })).filter(({ rank }) => rank >= 1)
-        .filter(({ row }) => score(row.title, wish) > 0).sort((a, b) => b.rank - a.rank).slice(0, 14);
+    const found = rows
+        .map(row => ({ row, rank: score(row.title, wish) + row.weight }))
+        .filter(({ rank }) => rank >= 1)
+        .filter(({ row }) => score(row.title, wish) > 0)
+        .sort((a, b) => b.rank - a.rank)
+        .slice(0, 14);
     const go = (row?: Row) => {
         close();
         if (row) void row.run();
     };
     return (
         <Modal class="palette" label="Open or do anything" onClose={close}>
-            <input ref={field} placeholder="File or command" aria-label="File or command" value={palette.value}
-                onInput={(event) => { palette.value = event.currentTarget.value; chosen.value = 0; }}
-                onKeyDown={(event) => {
+            <input
+                ref={field}
+                placeholder="File or command"
+                aria-label="File or command"
+                value={palette.value}
+                onInput={event => {
+                    palette.value = event.currentTarget.value;
+                    chosen.value = 0;
+                }}
+                onKeyDown={event => {
                     if (event.key === "Enter") go(found[chosen.value]?.row);
                     else if (event.key === "ArrowDown") chosen.value = Math.min(found.length - 1, chosen.value + 1);
                     else if (event.key === "ArrowUp") chosen.value = Math.max(0, chosen.value - 1);
                     else return;
                     event.preventDefault();
                     event.stopPropagation();
-                }} />
-            <div role="listbox" aria-label="Found">{found.map(({ row }, n) => (
-                <button key={row.title + row.detail} role="option" aria-selected={n === chosen.value} class={n === chosen.value ? "on" : ""}
-                    onPointerMove={() => (chosen.value = n)} onClick={() => go(row)}><span>{row.title}</span><kbd>{row.detail}</kbd></button>
-            ))}{!found.length && <p class="muted note">Nothing of that name.</p>}</div>
+                }}
+            />
+            <div role="listbox" aria-label="Found">
+                {found.map(({ row }, n) => (
+                    <button
+                        key={row.title + row.detail}
+                        role="option"
+                        aria-selected={n === chosen.value}
+                        class={n === chosen.value ? "on" : ""}
+                        onPointerMove={() => (chosen.value = n)}
+                        onClick={() => go(row)}
+                    >
+                        <span>{row.title}</span>
+                        <kbd>{row.detail}</kbd>
+                    </button>
+                ))}
+                {!found.length && <p class="muted note">Nothing of that name.</p>}
+            </div>
         </Modal>
     );
 }
@@ -78,16 +160,78 @@ export function Overview() {
     const groups = ["Program", "Module", "File", "View"] as const;
     return (
         <Modal class="overview" label="Keyboard shortcuts" onClose={() => (overview.value = false)}>
-            <header><h2>Keyboard shortcuts</h2><button class="tool" aria-label="Close" onClick={() => (overview.value = false)}><Icon name="close" /></button></header>
+            <header>
+                <h2>Keyboard shortcuts</h2>
+                <button class="tool" aria-label="Close" onClick={() => (overview.value = false)}>
+                    <Icon name="close" />
+                </button>
+            </header>
             <div class="groups">
-                {groups.map((group) => (
-                    <section key={group}><h3>{group}</h3><dl>{ACTIONS.filter((row) => row.group === group && row.keys).map((row) => (
-                        <div key={row.id}><dt>{row.title}</dt><dd>{row.keys!.map((keys) => <kbd key={keys}>{keys}</kbd>)}</dd></div>))}</dl></section>
+                {groups.map(group => (
+                    <section key={group}>
+                        <h3>{group}</h3>
+                        <dl>
+                            {ACTIONS.filter(row => row.group === group && row.keys).map(row => (
+                                <div key={row.id}>
+                                    <dt>{row.title}</dt>
+                                    <dd>
+                                        {row.keys!.map(keys => (
+                                            <kbd key={keys}>{keys}</kbd>
+                                        ))}
+                                    </dd>
+                                </div>
+                            ))}
+                        </dl>
+                    </section>
                 ))}
-                <section><h3>Editor</h3><dl>
-                    {[["Complete", "Ctrl+Space"], ["Go to definition", "F12"], ["References", "Shift+F12"], ["Format", "Shift+Alt+F"], ["Rename symbol", "Shift+F6"], ["Comment lines", "Ctrl+/"], ["Delete line", "Ctrl+Y"], ["Undo", "Ctrl+Z"], ["Redo", "Ctrl+Shift+Z"], ["Next problem", "Ctrl+F8"], ["Leave the editor", "Esc, then Tab"]].map(([title, keys]) =>
-                        <div key={title}><dt>{title}</dt><dd><kbd>{keys}</kbd></dd></div>)}</dl></section>
-                <section><h3>Axes</h3><dl><div><dt>Jog while held</dt><dd><kbd>Space</kbd> on an arrow button</dd></div><div><dt>Take a number</dt><dd><kbd>Enter</kbd></dd></div><div><dt>Give it back</dt><dd><kbd>Esc</kbd></dd></div></dl></section>
+                <section>
+                    <h3>Editor</h3>
+                    <dl>
+                        {[
+                            ["Complete", "Ctrl+Space"],
+                            ["Go to definition", "F12"],
+                            ["References", "Shift+F12"],
+                            ["Format", "Shift+Alt+F"],
+                            ["Rename symbol", "Shift+F6"],
+                            ["Comment lines", "Ctrl+/"],
+                            ["Delete line", "Ctrl+Y"],
+                            ["Undo", "Ctrl+Z"],
+                            ["Redo", "Ctrl+Shift+Z"],
+                            ["Next problem", "Ctrl+F8"],
+                            ["Leave the editor", "Esc, then Tab"],
+                        ].map(([title, keys]) => (
+                            <div key={title}>
+                                <dt>{title}</dt>
+                                <dd>
+                                    <kbd>{keys}</kbd>
+                                </dd>
+                            </div>
+                        ))}
+                    </dl>
+                </section>
+                <section>
+                    <h3>Axes</h3>
+                    <dl>
+                        <div>
+                            <dt>Jog while held</dt>
+                            <dd>
+                                <kbd>Space</kbd> on an arrow button
+                            </dd>
+                        </div>
+                        <div>
+                            <dt>Take a number</dt>
+                            <dd>
+                                <kbd>Enter</kbd>
+                            </dd>
+                        </div>
+                        <div>
+                            <dt>Give it back</dt>
+                            <dd>
+                                <kbd>Esc</kbd>
+                            </dd>
+                        </div>
+                    </dl>
+                </section>
             </div>
         </Modal>
     );
@@ -99,9 +243,17 @@ export function Confirmation() {
     if (!asked) return null;
     return (
         <Modal class="confirmation" label={asked.title} onClose={() => asked.settle(null)}>
-            <h2>{asked.title}</h2><p>{asked.text}</p>
-            <div class="row"><span class="gap" /><button onClick={() => asked.settle(null)}>{asked.answers.length ? "Cancel" : "Close"}</button>
-                {asked.answers.map((answer) => <button key={answer.id} class={answer.tone} onClick={() => asked.settle(answer.id)}>{answer.title}</button>)}</div>
+            <h2>{asked.title}</h2>
+            <p>{asked.text}</p>
+            <div class="row">
+                <span class="gap" />
+                <button onClick={() => asked.settle(null)}>{asked.answers.length ? "Cancel" : "Close"}</button>
+                {asked.answers.map(answer => (
+                    <button key={answer.id} class={answer.tone} onClick={() => asked.settle(answer.id)}>
+                        {answer.title}
+                    </button>
+                ))}
+            </div>
         </Modal>
     );
 }
@@ -109,16 +261,34 @@ export function Confirmation() {
 export function Notices() {
     return (
         <div class="notices" role="status" aria-live="polite">
-            {notices.value.map((notice) => (
+            {notices.value.map(notice => (
                 <div key={notice.id} class={`notice ${notice.severity}`}>
-                    <Icon name={notice.severity === "information" ? "info" : "alert"} /><span>{notice.text}</span>
-                    {notice.action && <button onClick={() => { notice.action!.run(); dismiss(notice.id); }}>{notice.action.title}</button>}
-                    <button class="tool" aria-label="Dismiss" onClick={() => dismiss(notice.id)}><Icon name="close" size={12} /></button>
+                    <Icon name={notice.severity === "information" ? "info" : "alert"} />
+                    <span>{notice.text}</span>
+                    {notice.action && (
+                        <button
+                            onClick={() => {
+                                notice.action!.run();
+                                dismiss(notice.id);
+                            }}
+                        >
+                            {notice.action.title}
+                        </button>
+                    )}
+                    <button class="tool" aria-label="Dismiss" onClick={() => dismiss(notice.id)}>
+                        <Icon name="close" size={12} />
+                    </button>
                 </div>
             ))}
             {progress.value && (
-                <div class="notice"><span>{progress.value.title} {progress.value.done} / {progress.value.total}</span>
-                    <span class="bar"><span style={{ width: `${(progress.value.done / progress.value.total) * 100}%` }} /></span></div>
+                <div class="notice">
+                    <span>
+                        {progress.value.title} {progress.value.done} / {progress.value.total}
+                    </span>
+                    <span class="bar">
+                        <span style={{ width: `${(progress.value.done / progress.value.total) * 100}%` }} />
+                    </span>
+                </div>
             )}
         </div>
     );
@@ -128,13 +298,44 @@ export function Notices() {
 export function Banner() {
     const state = connection.state.value;
     if (state === "refused")
-        return <div class="banner bad" role="alert"><Icon name="alert" /> The IDE's server was started anew and does not know this window. Open the address that it printed; your texts are kept in this browser.</div>;
+        return (
+            <div class="banner bad" role="alert">
+                <Icon name="alert" /> The IDE's server was started anew and does not know this window. Open the address
+                that it printed; your texts are kept in this browser.
+            </div>
+        );
     if (state === "lost" || (state === "connecting" && welcome.value))
-        return <div class="banner bad" role="alert"><Icon name="plug" /> The IDE's server does not answer. What you type is kept; the page comes back by itself.</div>;
-    if (!link.value.up) return <div class="banner bad" role="alert"><Icon name="plug" /> <span>{link.value.text}</span> {link.value.ascii && <button onClick={() => ask({ call: "send_ascii", line: "BIN" })}>Back to binary</button>}</div>;
+        return (
+            <div class="banner bad" role="alert">
+                <Icon name="plug" /> The IDE's server does not answer. What you type is kept; the page comes back by
+                itself.
+            </div>
+        );
+    if (!link.value.up)
+        return (
+            <div class="banner bad" role="alert">
+                <Icon name="plug" /> <span>{link.value.text}</span>{" "}
+                {link.value.ascii && (
+                    <button onClick={() => ask({ call: "send_ascii", line: "BIN" })}>Back to binary</button>
+                )}
+            </div>
+        );
     if (!welcome.value?.ability.bench || !told.value) return null;
-    const repair = (what: "power" | "line", title: string) => <button onClick={() => ask({ call: "set_bench", what, index: 0, value: 1 })}>{title}</button>;
-    if (!powered.value) return <div class="banner" role="status"><Icon name="power" /> The module has no power. {repair("power", "Switch it on")}</div>;
-    if (!plugged.value) return <div class="banner" role="status"><Icon name="plug" /> The line is unplugged: the module goes on and receives nothing. {repair("line", "Plug it in")}</div>;
+    const repair = (what: "power" | "line", title: string) => (
+        <button onClick={() => ask({ call: "set_bench", what, index: 0, value: 1 })}>{title}</button>
+    );
+    if (!powered.value)
+        return (
+            <div class="banner" role="status">
+                <Icon name="power" /> The module has no power. {repair("power", "Switch it on")}
+            </div>
+        );
+    if (!plugged.value)
+        return (
+            <div class="banner" role="status">
+                <Icon name="plug" /> The line is unplugged: the module goes on and receives nothing.{" "}
+                {repair("line", "Plug it in")}
+            </div>
+        );
     return null;
 }

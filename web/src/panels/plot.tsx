@@ -2,7 +2,17 @@
 import { useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
-import { COUNTER_COLUMN, OUTPUT_COLUMN, WATCH_SLOTS, frameListeners, samples, setWatches, tables, watches, welcome } from "../logic/app";
+import {
+    COUNTER_COLUMN,
+    OUTPUT_COLUMN,
+    WATCH_SLOTS,
+    frameListeners,
+    samples,
+    setWatches,
+    tables,
+    watches,
+    welcome,
+} from "../logic/app";
 import { shownTheme } from "../logic/actions";
 import { toCsv, toVcd, type Curve } from "../logic/export";
 import { laneRange, zoomed as zoomedRange, type Lane } from "../logic/lanes";
@@ -10,7 +20,20 @@ import { grouped } from "../logic/units";
 import type { Parameter } from "../wire";
 import { Choice, Empty, Menu, offer } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
-import { FIRST, SPANS, css, dataBetween, frozen, offered, shownCurves, shownKinds, shownMotors, span, watchTitle, type ShownCurve } from "./plot/curves";
+import {
+    FIRST,
+    SPANS,
+    css,
+    dataBetween,
+    frozen,
+    offered,
+    shownCurves,
+    shownKinds,
+    shownMotors,
+    span,
+    watchTitle,
+    type ShownCurve,
+} from "./plot/curves";
 import { GUTTER, drawing } from "./plot/drawing";
 import { TriggerMenu, fired } from "./plot/trigger";
 
@@ -49,73 +72,144 @@ export function Plot() {
         const used = [...new Set(list.map(({ scale }) => scale))];
         const lanes = new Map<string, Lane>();
         used.forEach((scale, at) => {
-            scales[scale] = { auto: true, range: (_, least, most) => {
-                const [low, high] = laneZoom.current.get(scale) ?? pad(scale, least, most);
-                lanes.set(scale, { scale, low, high });
-                return laneRange(low, high, at, used.length);
-            } };
+            scales[scale] = {
+                auto: true,
+                range: (_, least, most) => {
+                    const [low, high] = laneZoom.current.get(scale) ?? pad(scale, least, most);
+                    lanes.set(scale, { scale, low, high });
+                    return laneRange(low, high, at, used.length);
+                },
+            };
         });
-        const laneAt = (y: number, full: number) => used[Math.max(0, Math.min(used.length - 1, Math.floor((y / full) * used.length)))]!;
-        const plot = new uPlot({
-            width: element.clientWidth, height: Math.max(60, element.clientHeight), legend: { show: false },
-            padding: [4, 8, 0, GUTTER], scales,
-            plugins: [drawing(list, () => used.flatMap((scale) => lanes.get(scale) ?? []), () => pin.peek()?.time ?? null)],
-            cursor: {
-                drag: { x: true, y: true, uni: 24, setScale: false }, points: { size: 5 },
-                bind: { dblclick: (self) => (() => (unzoom(), self.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false), null)) as never },
+        const laneAt = (y: number, full: number) =>
+            used[Math.max(0, Math.min(used.length - 1, Math.floor((y / full) * used.length)))]!;
+        const plot = new uPlot(
+            {
+                width: element.clientWidth,
+                height: Math.max(60, element.clientHeight),
+                legend: { show: false },
+                padding: [4, 8, 0, GUTTER],
+                scales,
+                plugins: [
+                    drawing(
+                        list,
+                        () => used.flatMap(scale => lanes.get(scale) ?? []),
+                        () => pin.peek()?.time ?? null,
+                    ),
+                ],
+                cursor: {
+                    drag: { x: true, y: true, uni: 24, setScale: false },
+                    points: { size: 5 },
+                    bind: {
+                        dblclick: self =>
+                            (() => {
+                                unzoom();
+                                self.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+                                return null;
+                            }) as never,
+                    },
+                },
+                axes: [
+                    {
+                        stroke: css("--muted"),
+                        grid,
+                        ticks: { show: false },
+                        font: "11px system-ui",
+                        size: 24,
+                        gap: 4,
+                        values: (_, ticks) => ticks.map(tick => `${+tick.toFixed(3)} s`),
+                    },
+                ],
+                series: [
+                    {},
+                    ...list.map(
+                        ({ title, scale, colour, dash, width }): uPlot.Series => ({
+                            label: title,
+                            scale,
+                            stroke: colour,
+                            width,
+                            dash,
+                            points: { show: false },
+                            spanGaps: false,
+                        }),
+                    ),
+                ],
+                hooks: {
+                    setCursor: [
+                        self => {
+                            const at = self.cursor.idx;
+                            readout.value =
+                                at == null
+                                    ? null
+                                    : {
+                                          time: self.data[0]![at]!,
+                                          values: list.map((_, n) => self.data[n + 1]?.[at] ?? null),
+                                          right: self.cursor.left! > self.bbox.width / devicePixelRatio / 2,
+                                      };
+                        },
+                    ],
+                    setSelect: [
+                        self => {
+                            const { left, top, width, height } = self.select;
+                            if (width < 4 && height < 4) return;
+                            const full = self.bbox.height / devicePixelRatio;
+                            if (width >= 4 && width < self.bbox.width / devicePixelRatio - 1)
+                                zoom.current = { min: self.posToVal(left, "x"), max: self.posToVal(left + width, "x") };
+                            const lane = laneAt(top + height / 2, full);
+                            if (height >= 4 && height < full - 1)
+                                laneZoom.current.set(lane, [
+                                    self.posToVal(top + height, lane),
+                                    self.posToVal(top, lane),
+                                ]);
+                            zoomed.value = true;
+                            self.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+                            drawn = -1;
+                        },
+                    ],
+                },
             },
-            axes: [
-                { stroke: css("--muted"), grid, ticks: { show: false }, font: "11px system-ui", size: 24, gap: 4,
-                    values: (_, ticks) => ticks.map((tick) => `${+tick.toFixed(3)} s`) },
-            ],
-            series: [{}, ...list.map(({ title, scale, colour, dash, width }): uPlot.Series => ({
-                label: title, scale, stroke: colour, width, dash, points: { show: false }, spanGaps: false,
-            }))],
-            hooks: {
-                setCursor: [(self) => {
-                    const at = self.cursor.idx;
-                    readout.value = at == null ? null : {
-                        time: self.data[0]![at]!, values: list.map((_, n) => self.data[n + 1]?.[at] ?? null),
-                        right: self.cursor.left! > self.bbox.width / devicePixelRatio / 2,
-                    };
-                }],
-                setSelect: [(self) => {
-                    const { left, top, width, height } = self.select;
-                    if (width < 4 && height < 4) return;
-                    const full = self.bbox.height / devicePixelRatio;
-                    if (width >= 4 && width < self.bbox.width / devicePixelRatio - 1) zoom.current = { min: self.posToVal(left, "x"), max: self.posToVal(left + width, "x") };
-                    const lane = laneAt(top + height / 2, full);
-                    if (height >= 4 && height < full - 1) laneZoom.current.set(lane, [self.posToVal(top + height, lane), self.posToVal(top, lane)]);
-                    zoomed.value = true;
-                    self.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
-                    drawn = -1;
-                }],
-            },
-        }, dataBetween(list, 0, 0), element);
+            dataBetween(list, 0, 0),
+            element,
+        );
         const over = plot.over;
-        over.addEventListener("wheel", (event) => {
-            event.preventDefault();
-            const name = laneAt(event.offsetY, over.clientHeight);
-            const lane = lanes.get(name);
-            if (!lane) return;
-            laneZoom.current.set(name, zoomedRange([lane.low, lane.high], plot.posToVal(event.offsetY, name), 1.2 ** Math.sign(event.deltaY)));
-            zoomed.value = true;
-            redraw.current();
-        }, { passive: false });
+        over.addEventListener(
+            "wheel",
+            event => {
+                event.preventDefault();
+                const name = laneAt(event.offsetY, over.clientHeight);
+                const lane = lanes.get(name);
+                if (!lane) return;
+                laneZoom.current.set(
+                    name,
+                    zoomedRange(
+                        [lane.low, lane.high],
+                        plot.posToVal(event.offsetY, name),
+                        1.2 ** Math.sign(event.deltaY),
+                    ),
+                );
+                zoomed.value = true;
+                redraw.current();
+            },
+            { passive: false },
+        );
         let pressed = 0;
-        over.addEventListener("pointerdown", (event) => (pressed = event.clientX));
-        over.addEventListener("click", (event) => {
+        over.addEventListener("pointerdown", event => (pressed = event.clientX));
+        over.addEventListener("click", event => {
             if (Math.abs(event.clientX - pressed) > 4) return;
             pin.value = pin.peek() ? null : readout.peek();
             plot.redraw(false);
         });
         // A finger drags as a mouse does; across, that is: up and down scrolls the page.  uPlot wants to see it move.
-        const asMouse = (target: EventTarget, name: string) => ({ pointerType, clientX, clientY }: PointerEvent) => {
-            if (pointerType !== "mouse") target.dispatchEvent(new MouseEvent(name, { clientX, clientY, movementX: 1 }));
-        };
+        const asMouse =
+            (target: EventTarget, name: string) =>
+            ({ pointerType, clientX, clientY }: PointerEvent) => {
+                if (pointerType !== "mouse")
+                    target.dispatchEvent(new MouseEvent(name, { clientX, clientY, movementX: 1 }));
+            };
         over.addEventListener("pointerdown", asMouse(over, "mousedown"));
         over.addEventListener("pointermove", asMouse(over, "mousemove"));
-        for (const end of ["pointerup", "pointercancel"] as const) over.addEventListener(end, asMouse(document, "mouseup"));
+        for (const end of ["pointerup", "pointercancel"] as const)
+            over.addEventListener(end, asMouse(document, "mouseup"));
         chart.current = plot;
         let drawn = -1;
         let last = 0;
@@ -171,47 +265,102 @@ export function Plot() {
         redraw.current();
     };
     const all = (): Curve[] => [
-        ...curves.value.filter(({ column }) => column >= 0), { title: "program counter", column: COUNTER_COLUMN }, { title: "outputs", column: OUTPUT_COLUMN },
+        ...curves.value.filter(({ column }) => column >= 0),
+        { title: "program counter", column: COUNTER_COLUMN },
+        { title: "outputs", column: OUTPUT_COLUMN },
     ];
     const savePng = () => {
         const canvas = host.current?.querySelector("canvas");
-        if (canvas) picture(canvas, curves.value).toBlob((blob) => blob && offer("plot.png", blob));
+        if (canvas) picture(canvas, curves.value).toBlob(blob => blob && offer("plot.png", blob));
     };
-    if (!welcome.value) return <Empty icon="wave" title="Nothing to plot yet">Curves appear when the module is connected.</Empty>;
+    if (!welcome.value)
+        return (
+            <Empty icon="wave" title="Nothing to plot yet">
+                Curves appear when the module is connected.
+            </Empty>
+        );
     return (
         <div class="plot">
             <div class="bar">
                 <div class="chips" role="group" aria-label="Curves">
-                    {offered().filter(({ curve }) => FIRST.has(curve) || shownKinds.value.includes(curve)).map(({ curve, title }) => (
-                        <button key={curve} class={`chip ${shownKinds.value.includes(curve) ? "on" : ""}`}
-                            aria-pressed={shownKinds.value.includes(curve)}
-                            onClick={() => (shownKinds.value = toggle(shownKinds.value, curve))}>{title}</button>
-                    ))}
+                    {offered()
+                        .filter(({ curve }) => FIRST.has(curve) || shownKinds.value.includes(curve))
+                        .map(({ curve, title }) => (
+                            <button
+                                key={curve}
+                                class={`chip ${shownKinds.value.includes(curve) ? "on" : ""}`}
+                                aria-pressed={shownKinds.value.includes(curve)}
+                                onClick={() => (shownKinds.value = toggle(shownKinds.value, curve))}
+                            >
+                                {title}
+                            </button>
+                        ))}
                     {watches.value.map((watch, at) => (
-                        <button key={`w${at}`} class="chip on watch" title="Remove this curve"
-                            onClick={() => setWatches(watches.value.filter((_, n) => n !== at))}>
-                            {watchTitle(watch)} <Icon name="close" size={10} /></button>
+                        <button
+                            key={`w${at}`}
+                            class="chip on watch"
+                            title="Remove this curve"
+                            onClick={() => setWatches(watches.value.filter((_, n) => n !== at))}
+                        >
+                            {watchTitle(watch)} <Icon name="close" size={10} />
+                        </button>
                     ))}
                     <MoreCurves />
                 </div>
                 <div class="chips" role="group" aria-label="Motors">
-                    {[0, 1, 2].map((motor) => (
-                        <button key={motor} class={`chip motor${motor} ${shownMotors.value.includes(motor) ? "on" : ""}`}
-                            aria-pressed={shownMotors.value.includes(motor)} title={`Motor ${motor}`}
-                            onClick={() => (shownMotors.value = toggle(shownMotors.value, motor).sort())}>{motor}</button>
+                    {[0, 1, 2].map(motor => (
+                        <button
+                            key={motor}
+                            class={`chip motor${motor} ${shownMotors.value.includes(motor) ? "on" : ""}`}
+                            aria-pressed={shownMotors.value.includes(motor)}
+                            title={`Motor ${motor}`}
+                            onClick={() => (shownMotors.value = toggle(shownMotors.value, motor).sort())}
+                        >
+                            {motor}
+                        </button>
                     ))}
                 </div>
                 <span class="gap" />
-                <Choice label="Span" value={span.value} options={SPANS} onChange={(value) => (span.value = value)} />
+                <Choice label="Span" value={span.value} options={SPANS} onChange={value => (span.value = value)} />
                 <TriggerMenu curves={curves.value} />
-                <button class={`tool ${frozen.value ? "on" : ""}`} title="Hold the picture" aria-label="Hold the plot"
-                    aria-pressed={frozen.value} onClick={() => (frozen.value = !frozen.value)}><Icon name="pause" /></button>
-                {zoomed.value && <button class="tool on" title="Show the newest again (double click)" aria-label="Show the newest" onClick={unzoom}><Icon name="expand" /></button>}
+                <button
+                    class={`tool ${frozen.value ? "on" : ""}`}
+                    title="Hold the picture"
+                    aria-label="Hold the plot"
+                    aria-pressed={frozen.value}
+                    onClick={() => (frozen.value = !frozen.value)}
+                >
+                    <Icon name="pause" />
+                </button>
+                {zoomed.value && (
+                    <button
+                        class="tool on"
+                        title="Show the newest again (double click)"
+                        aria-label="Show the newest"
+                        onClick={unzoom}
+                    >
+                        <Icon name="expand" />
+                    </button>
+                )}
                 <Menu icon="save" label="Export">
-                    <button role="menuitem" onClick={() => offer("plot.csv", toCsv(samples, all()))}>CSV table</button>
-                    <button role="menuitem" onClick={savePng}>PNG picture</button>
-                    <button role="menuitem" onClick={() => offer("plot.vcd", toVcd(samples, all()))}>VCD for GTKWave, Surfer</button>
-                    <button role="menuitem" onClick={() => (samples.clear(), redraw.current())}>Forget all samples</button>
+                    <button role="menuitem" onClick={() => offer("plot.csv", toCsv(samples, all()))}>
+                        CSV table
+                    </button>
+                    <button role="menuitem" onClick={savePng}>
+                        PNG picture
+                    </button>
+                    <button role="menuitem" onClick={() => offer("plot.vcd", toVcd(samples, all()))}>
+                        VCD for GTKWave, Surfer
+                    </button>
+                    <button
+                        role="menuitem"
+                        onClick={() => {
+                            samples.clear();
+                            redraw.current();
+                        }}
+                    >
+                        Forget all samples
+                    </button>
                 </Menu>
             </div>
             {curves.value.length ? (
@@ -219,16 +368,29 @@ export function Plot() {
                     {readout.value && (
                         <table class={`readout ${readout.value.right ? "left" : ""}`}>
                             <tbody>
-                                <tr><th>time</th><td>{readout.value.time.toFixed(3)} s</td>{pin.value && <td>Δ {(readout.value.time - pin.value.time).toFixed(3)} s</td>}</tr>
+                                <tr>
+                                    <th>time</th>
+                                    <td>{readout.value.time.toFixed(3)} s</td>
+                                    {pin.value && <td>Δ {(readout.value.time - pin.value.time).toFixed(3)} s</td>}
+                                </tr>
                                 {curves.value.map((curve, n) => (
-                                    <tr key={curve.title}><th style={{ color: curve.colour }}>{curve.title}</th>
-                                        <td>{figure(readout.value!.values[n])}</td>{pin.value && <td>{figure(readout.value!.values[n]! - pin.value.values[n]!)}</td>}</tr>
+                                    <tr key={curve.title}>
+                                        <th style={{ color: curve.colour }}>{curve.title}</th>
+                                        <td>{figure(readout.value!.values[n])}</td>
+                                        {pin.value && (
+                                            <td>{figure(readout.value!.values[n]! - pin.value.values[n]!)}</td>
+                                        )}
+                                    </tr>
                                 ))}
                             </tbody>
                         </table>
                     )}
                 </div>
-            ) : <Empty icon="wave" title="No curve chosen">Choose what to plot above.</Empty>}
+            ) : (
+                <Empty icon="wave" title="No curve chosen">
+                    Choose what to plot above.
+                </Empty>
+            )}
         </div>
     );
 }
@@ -242,7 +404,8 @@ function pad(scale: string, low: number | null, high: number | null): [number, n
     return [low - room, high + room];
 }
 
-const figure = (value: number | null | undefined): string => (value == null || Number.isNaN(value) ? "" : grouped(value));
+const figure = (value: number | null | undefined): string =>
+    value == null || Number.isNaN(value) ? "" : grouped(value);
 
 /** The plot on the page's ground, with a legend above it. */
 function picture(plot: HTMLCanvasElement, curves: readonly ShownCurve[]): HTMLCanvasElement {
@@ -268,32 +431,66 @@ function picture(plot: HTMLCanvasElement, curves: readonly ShownCurve[]): HTMLCa
 /** Curves that are not always offered, and any parameter. */
 function MoreCurves() {
     const wish = useSignal("");
-    const add = (bank: number, number: number, motor: number) => setWatches([...watches.value, { bank, number, motor }]);
+    const add = (bank: number, number: number, motor: number) =>
+        setWatches([...watches.value, { bank, number, motor }]);
     const full = watches.value.length >= WATCH_SLOTS;
-    const fits = (row: Parameter) => row.access.includes("R") && `${row.number} ${row.name}`.toLowerCase().includes(wish.value.toLowerCase());
+    const fits = (row: Parameter) =>
+        row.access.includes("R") && `${row.number} ${row.name}`.toLowerCase().includes(wish.value.toLowerCase());
     return (
         <Menu icon="plus" text="more" class="chip add" label="More curves" tall>
-            {offered().filter(({ curve }) => !FIRST.has(curve)).map(({ curve, title }) => (
-                <div class="menu-row" key={curve}><span>{title}</span>
-                    <button role="menuitem" onClick={() => (shownKinds.value = toggle(shownKinds.value, curve))}>{shownKinds.value.includes(curve) ? "hide" : "show"}</button></div>
-            ))}
-            <input placeholder="any parameter" aria-label="Search parameter" value={wish.value} onInput={(event) => (wish.value = event.currentTarget.value)} />
+            {offered()
+                .filter(({ curve }) => !FIRST.has(curve))
+                .map(({ curve, title }) => (
+                    <div class="menu-row" key={curve}>
+                        <span>{title}</span>
+                        <button role="menuitem" onClick={() => (shownKinds.value = toggle(shownKinds.value, curve))}>
+                            {shownKinds.value.includes(curve) ? "hide" : "show"}
+                        </button>
+                    </div>
+                ))}
+            <input
+                placeholder="any parameter"
+                aria-label="Search parameter"
+                value={wish.value}
+                onInput={event => (wish.value = event.currentTarget.value)}
+            />
             {full && <p class="note">Eight parameters are plotted: remove one first.</p>}
-            {!full && tables.value.axis.filter(fits).map((row) => (
-                <div class="menu-row" key={row.number}>
-                    <span>{row.number} {row.name}</span>
-                    {[0, 1, 2].map((motor) => (
-                        <button key={motor} role="menuitem" class={`motor${motor}`} aria-label={`Plot ${row.name} of motor ${motor}`} onClick={() => add(-1, row.number, motor)}>{motor}</button>
+            {!full &&
+                tables.value.axis.filter(fits).map(row => (
+                    <div class="menu-row" key={row.number}>
+                        <span>
+                            {row.number} {row.name}
+                        </span>
+                        {[0, 1, 2].map(motor => (
+                            <button
+                                key={motor}
+                                role="menuitem"
+                                class={`motor${motor}`}
+                                aria-label={`Plot ${row.name} of motor ${motor}`}
+                                onClick={() => add(-1, row.number, motor)}
+                            >
+                                {motor}
+                            </button>
+                        ))}
+                    </div>
+                ))}
+            {!full &&
+                tables.value.globals
+                    .filter(row => fits(row) && (row.bank === 2 || row.number > 63 || row.number === 5))
+                    .map(row => (
+                        <div class="menu-row" key={row.key}>
+                            <span>
+                                {row.bank === 2 ? "" : `${row.number} `}
+                                {row.name}
+                            </span>
+                            <button role="menuitem" onClick={() => add(row.bank, row.number, 0)}>
+                                add
+                            </button>
+                        </div>
                     ))}
-                </div>
-            ))}
-            {!full && tables.value.globals.filter((row) => fits(row) && (row.bank === 2 || row.number > 63 || row.number === 5)).map((row) => (
-                <div class="menu-row" key={row.key}><span>{row.bank === 2 ? "" : `${row.number} `}{row.name}</span>
-                    <button role="menuitem" onClick={() => add(row.bank, row.number, 0)}>add</button></div>
-            ))}
         </Menu>
     );
 }
 
-const toggle = <T,>(list: readonly T[], item: T): T[] => (list.includes(item) ? list.filter((other) => other !== item) : [...list, item]);
-
+const toggle = <T,>(list: readonly T[], item: T): T[] =>
+    list.includes(item) ? list.filter(other => other !== item) : [...list, item];

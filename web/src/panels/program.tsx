@@ -2,9 +2,29 @@
 import { signal, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { PROGRAM_FLAGS } from "../wire";
-import { can, halted, held, loaded, online, program, programKnown, send, shownProgram, stale, tables } from "../logic/app";
 import {
-    assign, breakpoints, evaluate, holdOnErrors, placeOf, readStack, setBreakpoints, setHoldOnErrors, stopReason,
+    can,
+    halted,
+    held,
+    loaded,
+    online,
+    program,
+    programKnown,
+    send,
+    shownProgram,
+    stale,
+    tables,
+} from "../logic/app";
+import {
+    assign,
+    breakpoints,
+    evaluate,
+    holdOnErrors,
+    placeOf,
+    readStack,
+    setBreakpoints,
+    setHoldOnErrors,
+    stopReason,
     type Frame,
 } from "../logic/debugger";
 import { remembered } from "../logic/settings";
@@ -15,17 +35,28 @@ import { NumberField } from "../widgets/fields";
 import { Icon } from "../widgets/icons";
 
 const frames = signal<Frame[]>([]);
-const FLAG_NAMES: Record<string, string> = { zero: "ZE", equal: "EQ", lower: "LT", greater: "GT", eto: "ETO", eal: "EAL", edv: "EDV", epo: "EPO", esd: "ESD" };
+const FLAG_NAMES: Record<string, string> = {
+    zero: "ZE",
+    equal: "EQ",
+    lower: "LT",
+    greater: "GT",
+    eto: "ETO",
+    eal: "EAL",
+    edv: "EDV",
+    epo: "EPO",
+    esd: "ESD",
+};
 const STATES = ["stopped", "running", "stepping", "reset"];
 const FIRST_VARIABLES = 16;
 
-export const programText = (): string => (stale.value || !programKnown("state") ? "unknown" : held.value ? "held" : (STATES[shownProgram.value.state] ?? "?"));
+export const programText = (): string =>
+    stale.value || !programKnown("state") ? "unknown" : held.value ? "held" : (STATES[shownProgram.value.state] ?? "?");
 
 export function want(section: "axis" | "globals" | "variables" | "coordinates"): void {
     useEffect(() => {
         wanted.value = new Set([...wanted.peek(), section]);
         return () => {
-            wanted.value = new Set([...wanted.peek()].filter((other) => other !== section));
+            wanted.value = new Set([...wanted.peek()].filter(other => other !== section));
         };
     }, []);
 }
@@ -36,18 +67,40 @@ export function Program() {
     const { counter, depth, paused, state, flags, accumulator, x } = program.value;
     useEffect(() => {
         if (!can.value.debug || !depth) frames.value = [];
-        else if (halted.value) void readStack().then((list) => (frames.value = list));
+        else if (halted.value) void readStack().then(list => (frames.value = list));
     }, [counter, depth, paused, state]);
     const line = loaded.value?.lines[counter];
-    const variables = tables.value.globals.filter((row) => row.bank === 2).slice(0, many.value ? undefined : FIRST_VARIABLES);
+    const variables = tables.value.globals
+        .filter(row => row.bank === 2)
+        .slice(0, many.value ? undefined : FIRST_VARIABLES);
     return (
         <div class="program">
-            <div class="buttons"><ActionButton id="run" /><ActionButton id="pause" /><ActionButton id="step" />
-                <ActionButton id="step_over" /><ActionButton id="step_out" /><ActionButton id="stop" /><ActionButton id="reset" />
-                <span class={`pill ${paused ? "warn" : state === 1 ? "good" : ""}`}>{programText()}{paused && stopReason.value ? `: ${stopReason.value}` : ""}</span></div>
+            <div class="buttons">
+                <ActionButton id="run" />
+                <ActionButton id="pause" />
+                <ActionButton id="step" />
+                <ActionButton id="step_over" />
+                <ActionButton id="step_out" />
+                <ActionButton id="stop" />
+                <ActionButton id="reset" />
+                <span class={`pill ${paused ? "warn" : state === 1 ? "good" : ""}`}>
+                    {programText()}
+                    {paused && stopReason.value ? `: ${stopReason.value}` : ""}
+                </span>
+            </div>
             <h4>Next instruction</h4>
-            <div class="next"><b>{counter}</b> {line ? <button class="link mono" onClick={() => line.line && openFile(line.path, line.line)}>{line.text}</button>
-                : <span class="muted">{loaded.value ? "outside the program" : "this IDE did not load the program in the module"}</span>}</div>
+            <div class="next">
+                <b>{counter}</b>{" "}
+                {line ? (
+                    <button class="link mono" onClick={() => line.line && openFile(line.path, line.line)}>
+                        {line.text}
+                    </button>
+                ) : (
+                    <span class="muted">
+                        {loaded.value ? "outside the program" : "this IDE did not load the program in the module"}
+                    </span>
+                )}
+            </div>
             <h4>Watches</h4>
             <Watches />
             {can.value.debug && (
@@ -57,35 +110,115 @@ export function Program() {
                         <Register name="accumulator" title="accumulator" value={accumulator} />
                         <Register name="x" title="X" value={x} />
                     </dl>
-                    <div class="flags">{Object.entries(FLAG_NAMES).map(([name, text]) => (
-                        <button key={name} class={flags & PROGRAM_FLAGS[name as "zero"] ? "on" : ""} title={`Flag ${text}; a click changes it`} aria-pressed={(flags & PROGRAM_FLAGS[name as "zero"]) !== 0}
-                            onClick={() => assign(name, flags & PROGRAM_FLAGS[name as "zero"] ? 0 : 1)}>{text}</button>))}</div>
-                    <h4>Stack <span class="muted">{depth} of {tables.value.stack_depth}</span></h4>
-                    {frames.value.length ? <ol class="stack">{frames.value.map((frame, n) => (
-                        <li key={n}><button class="link" onClick={() => frame.line && openFile(frame.path, frame.line)}>{frame.name}</button> <span class="muted">{frame.address}{frame.path && `, ${frame.path}:${frame.line}`}</span></li>))}</ol>
-                        : <p class="muted note">No open CSUB.</p>}
-                    <h4>Breakpoints <label class="check"><input type="checkbox" checked={holdOnErrors.value} onChange={(event) => void setHoldOnErrors(event.currentTarget.checked)} /> hold at refused commands</label></h4>
-                    {breakpoints.value.length ? <ul class="breakpoint-list">{breakpoints.value.map((point) => {
-                        const place = placeOf(point);
-                        return (
-                            <li key={`${point.path}:${point.line}`}>
-                                <span class={`breakpoint ${place?.verified ? "" : "unverified"} ${point.log ? "logpoint" : ""}`} />
-                                <button class="link" onClick={() => openFile(point.path, point.line)}>{point.path}:{point.line}</button>
-                                <span class="muted">{[point.condition, point.hits && `hits ${point.hits}`, point.log && `log ${point.log}`].filter(Boolean).join(", ") || place?.message}</span>
-                                <button class="tool" aria-label={`Remove breakpoint at line ${point.line}`} onClick={() => setBreakpoints(breakpoints.value.filter((other) => other !== point))}><Icon name="close" size={12} /></button>
-                            </li>
-                        );
-                    })}</ul> : <p class="muted note">Click left of a line number, or press F8. Right click or hold a finger there for conditions.</p>}
+                    <div class="flags">
+                        {Object.entries(FLAG_NAMES).map(([name, text]) => (
+                            <button
+                                key={name}
+                                class={flags & PROGRAM_FLAGS[name as "zero"] ? "on" : ""}
+                                title={`Flag ${text}; a click changes it`}
+                                aria-pressed={(flags & PROGRAM_FLAGS[name as "zero"]) !== 0}
+                                onClick={() => assign(name, flags & PROGRAM_FLAGS[name as "zero"] ? 0 : 1)}
+                            >
+                                {text}
+                            </button>
+                        ))}
+                    </div>
+                    <h4>
+                        Stack{" "}
+                        <span class="muted">
+                            {depth} of {tables.value.stack_depth}
+                        </span>
+                    </h4>
+                    {frames.value.length ? (
+                        <ol class="stack">
+                            {frames.value.map((frame, n) => (
+                                <li key={n}>
+                                    <button class="link" onClick={() => frame.line && openFile(frame.path, frame.line)}>
+                                        {frame.name}
+                                    </button>{" "}
+                                    <span class="muted">
+                                        {frame.address}
+                                        {frame.path && `, ${frame.path}:${frame.line}`}
+                                    </span>
+                                </li>
+                            ))}
+                        </ol>
+                    ) : (
+                        <p class="muted note">No open CSUB.</p>
+                    )}
+                    <h4>
+                        Breakpoints{" "}
+                        <label class="check">
+                            <input
+                                type="checkbox"
+                                checked={holdOnErrors.value}
+                                onChange={event => void setHoldOnErrors(event.currentTarget.checked)}
+                            />{" "}
+                            hold at refused commands
+                        </label>
+                    </h4>
+                    {breakpoints.value.length ? (
+                        <ul class="breakpoint-list">
+                            {breakpoints.value.map(point => {
+                                const place = placeOf(point);
+                                return (
+                                    <li key={`${point.path}:${point.line}`}>
+                                        <span
+                                            class={`breakpoint ${place?.verified ? "" : "unverified"} ${point.log ? "logpoint" : ""}`}
+                                        />
+                                        <button class="link" onClick={() => openFile(point.path, point.line)}>
+                                            {point.path}:{point.line}
+                                        </button>
+                                        <span class="muted">
+                                            {[
+                                                point.condition,
+                                                point.hits && `hits ${point.hits}`,
+                                                point.log && `log ${point.log}`,
+                                            ]
+                                                .filter(Boolean)
+                                                .join(", ") || place?.message}
+                                        </span>
+                                        <button
+                                            class="tool"
+                                            aria-label={`Remove breakpoint at line ${point.line}`}
+                                            onClick={() =>
+                                                setBreakpoints(breakpoints.value.filter(other => other !== point))
+                                            }
+                                        >
+                                            <Icon name="close" size={12} />
+                                        </button>
+                                    </li>
+                                );
+                            })}
+                        </ul>
+                    ) : (
+                        <p class="muted note">
+                            Click left of a line number, or press F8. Right click or hold a finger there for conditions.
+                        </p>
+                    )}
                 </>
             )}
-            <h4>User variables <button class="link" onClick={() => (many.value = !many.value)}>{many.value ? "fewer" : "all"}</button></h4>
+            <h4>
+                User variables{" "}
+                <button class="link" onClick={() => (many.value = !many.value)}>
+                    {many.value ? "fewer" : "all"}
+                </button>
+            </h4>
             <div class="variables">
-                {variables.map((row) => {
+                {variables.map(row => {
                     const value = parameters.value.globals.get(`2/${row.number}`);
                     return (
-                        <label key={row.number} class={touched.value.has(keyOf(2, row.number)) ? "touched" : ""}><span>{row.number}</span>
-                            <NumberField value={value ?? ""} disabled={value == null} low={row.low} high={row.high} label={`User variable ${row.number}`}
-                                onCommit={(next) => void send("SGP", row.number, 2, next).then(refresh)} /></label>
+                        <label key={row.number} class={touched.value.has(keyOf(2, row.number)) ? "touched" : ""}>
+                            <span>{row.number}</span>
+                            <NumberField
+                                value={value ?? ""}
+                                disabled={value == null}
+                                low={row.low}
+                                high={row.high}
+                                label={`User variable ${row.number}`}
+                                onCommit={next => void send("SGP", row.number, 2, next).then(refresh)}
+                            />
+                        </label>
                     );
                 })}
             </div>
@@ -95,9 +228,19 @@ export function Program() {
 
 function Register({ name, title, value }: { name: string; title: string; value: number }) {
     return (
-        <div><dt>{title}</dt>
-            <dd data-figure={name}><NumberField value={value} low={-(2 ** 31)} high={2 ** 31 - 1} label={title} onCommit={(next) => assign(name, next)} /></dd>
-            <dd class="muted">${(value >>> 0).toString(16)}</dd></div>
+        <div>
+            <dt>{title}</dt>
+            <dd data-figure={name}>
+                <NumberField
+                    value={value}
+                    low={-(2 ** 31)}
+                    high={2 ** 31 - 1}
+                    label={title}
+                    onCommit={next => assign(name, next)}
+                />
+            </dd>
+            <dd class="muted">${(value >>> 0).toString(16)}</dd>
+        </div>
     );
 }
 
@@ -131,17 +274,38 @@ function Watches() {
                 const value = values.value[at];
                 return (
                     <div key={expression}>
-                        <input aria-label={`Watch ${at}`} defaultValue={expression} spellcheck={false} onChange={(event) => change(at, event.currentTarget.value)} />
-                        {typeof value === "number" ? <NumberField value={value} label={`Value of ${expression}`} onCommit={(next) => assign(expression, next)} />
-                            : <span class="bad" title={value}>{value === undefined ? "…" : "no value"}</span>}
-                        <button class="tool" aria-label={`Remove watch ${expression}`} onClick={() => change(at, "")}><Icon name="close" size={12} /></button>
+                        <input
+                            aria-label={`Watch ${at}`}
+                            defaultValue={expression}
+                            spellcheck={false}
+                            onChange={event => change(at, event.currentTarget.value)}
+                        />
+                        {typeof value === "number" ? (
+                            <NumberField
+                                value={value}
+                                label={`Value of ${expression}`}
+                                onCommit={next => assign(expression, next)}
+                            />
+                        ) : (
+                            <span class="bad" title={value}>
+                                {value === undefined ? "…" : "no value"}
+                            </span>
+                        )}
+                        <button class="tool" aria-label={`Remove watch ${expression}`} onClick={() => change(at, "")}>
+                            <Icon name="close" size={12} />
+                        </button>
                     </div>
                 );
             })}
-            <input aria-label="New watch" placeholder="ap[actual_position][0], gp[3], accumulator * 2" spellcheck={false} onChange={(event) => {
-                change(expressions.value.length, event.currentTarget.value);
-                event.currentTarget.value = "";
-            }} />
+            <input
+                aria-label="New watch"
+                placeholder="ap[actual_position][0], gp[3], accumulator * 2"
+                spellcheck={false}
+                onChange={event => {
+                    change(expressions.value.length, event.currentTarget.value);
+                    event.currentTarget.value = "";
+                }}
+            />
         </div>
     );
 }

@@ -11,37 +11,74 @@ export function ActionButton({ id, label = false, tone = "" }: { id: string; lab
     const enabled = row.enabled?.() ?? true;
     const title = [row.hint ?? row.title, row.keys?.[0] && `(${row.keys[0]})`].filter(Boolean).join(" ");
     return (
-        <button class={`tool ${tone}`} disabled={!enabled} title={title} aria-label={row.title} data-action={id}
-            onClick={() => perform(id)}>
+        <button
+            class={`tool ${tone}`}
+            disabled={!enabled}
+            title={title}
+            aria-label={row.title}
+            data-action={id}
+            onClick={() => perform(id)}
+        >
             {row.icon && <Icon name={row.icon} />}
             {label && <span>{row.title}</span>}
         </button>
     );
 }
 
-export function Lamp({ on, label, tone = "", unknown = false }: { on: boolean; label: string; tone?: string; unknown?: boolean }) {
-    return <span class={`lamp ${unknown ? "unknown" : on ? "on" : ""} ${tone}`} role="img" aria-label={`${label} ${unknown ? "unknown" : on ? "on" : "off"}`} />;
+export function Lamp({
+    on,
+    label,
+    tone = "",
+    unknown = false,
+}: {
+    on: boolean;
+    label: string;
+    tone?: string;
+    unknown?: boolean;
+}) {
+    return (
+        <span
+            class={`lamp ${unknown ? "unknown" : on ? "on" : ""} ${tone}`}
+            role="img"
+            aria-label={`${label} ${unknown ? "unknown" : on ? "on" : "off"}`}
+        />
+    );
 }
 
 export function Switch(props: { on: boolean; onChange: (on: boolean) => void; label: string; disabled?: boolean }) {
     return (
-        <button class={`switch ${props.on ? "on" : ""}`} role="switch" aria-checked={props.on} aria-label={props.label}
-            disabled={props.disabled} onClick={() => props.onChange(!props.on)}><span /></button>
+        <button
+            class={`switch ${props.on ? "on" : ""}`}
+            role="switch"
+            aria-checked={props.on}
+            aria-label={props.label}
+            disabled={props.disabled}
+            onClick={() => props.onChange(!props.on)}
+        >
+            <span />
+        </button>
     );
 }
 
 /** A handle that changes a size while it is dragged. */
 export function Splitter(props: { vertical: boolean; onDrag: (delta: number) => void; label: string; size: number }) {
     return (
-        <div class={`splitter ${props.vertical ? "vertical" : "horizontal"}`} role="separator" tabIndex={0}
-            aria-label={props.label} aria-orientation={props.vertical ? "vertical" : "horizontal"} aria-valuenow={props.size} aria-valuemin={0} aria-valuemax={2000}
-            onKeyDown={(event) => {
+        <div
+            class={`splitter ${props.vertical ? "vertical" : "horizontal"}`}
+            role="separator"
+            tabIndex={0}
+            aria-label={props.label}
+            aria-orientation={props.vertical ? "vertical" : "horizontal"}
+            aria-valuenow={props.size}
+            aria-valuemin={0}
+            aria-valuemax={2000}
+            onKeyDown={event => {
                 const step = { ArrowLeft: -16, ArrowUp: -16, ArrowRight: 16, ArrowDown: 16 }[event.key];
                 if (!step) return;
                 event.preventDefault();
                 props.onDrag(step);
             }}
-            onPointerDown={(event) => {
+            onPointerDown={event => {
                 const handle = event.currentTarget as HTMLElement;
                 handle.setPointerCapture(event.pointerId);
                 let last = props.vertical ? event.clientX : event.clientY;
@@ -51,8 +88,11 @@ export function Splitter(props: { vertical: boolean; onDrag: (delta: number) => 
                     last = at;
                 };
                 handle.addEventListener("pointermove", move);
-                handle.addEventListener("lostpointercapture", () => handle.removeEventListener("pointermove", move), { once: true });
-            }} />
+                handle.addEventListener("lostpointercapture", () => handle.removeEventListener("pointermove", move), {
+                    once: true,
+                });
+            }}
+        />
     );
 }
 
@@ -71,20 +111,38 @@ export function walk(event: KeyboardEvent): void {
 
 /** Buttons of which one is down. */
 export function Choice<T extends string | number>(props: {
-    value: T; options: readonly (readonly [T, string])[]; onChange: (value: T) => void; label: string;
+    value: T;
+    options: readonly (readonly [T, string])[];
+    onChange: (value: T) => void;
+    label: string;
 }) {
     return (
         <div class="choice" role="radiogroup" aria-label={props.label} onKeyDown={walk}>
             {props.options.map(([value, text]) => (
-                <button key={value} role="radio" aria-checked={value === props.value} tabIndex={value === props.value ? 0 : -1}
-                    class={value === props.value ? "on" : ""} onClick={() => props.onChange(value)}>{text}</button>
+                <button
+                    key={value}
+                    role="radio"
+                    aria-checked={value === props.value}
+                    tabIndex={value === props.value ? 0 : -1}
+                    class={value === props.value ? "on" : ""}
+                    onClick={() => props.onChange(value)}
+                >
+                    {text}
+                </button>
             ))}
         </div>
     );
 }
 
 /** A list that a button opens; a choice, Escape or going elsewhere closes it. */
-export function Menu(props: { icon: string; label: string; text?: string; class?: string; tall?: boolean; children: ComponentChildren }) {
+export function Menu(props: {
+    icon: string;
+    label: string;
+    text?: string;
+    class?: string;
+    tall?: boolean;
+    children: ComponentChildren;
+}) {
     const open = useSignal(false);
     const button = useRef<HTMLButtonElement>(null);
     const close = () => {
@@ -92,14 +150,35 @@ export function Menu(props: { icon: string; label: string; text?: string; class?
         button.current?.focus();
     };
     return (
-        <div class="menu-holder"
-            onFocusOut={(event) => event.currentTarget.contains(event.relatedTarget as Node | null) || (open.value = false)}
-            onKeyDown={(event) => event.key === "Escape" && open.value && close()}>
-            <button ref={button} class={props.class ?? "tool"} title={props.label} aria-label={props.label} aria-haspopup="menu" aria-expanded={open.value}
-                onClick={() => (open.value = !open.value)}><Icon name={props.icon} size={props.text ? 11 : 16} />{props.text && ` ${props.text}`}</button>
+        <div
+            class="menu-holder"
+            onFocusOut={event =>
+                event.currentTarget.contains(event.relatedTarget as Node | null) || (open.value = false)
+            }
+            onKeyDown={event => event.key === "Escape" && open.value && close()}
+        >
+            <button
+                ref={button}
+                class={props.class ?? "tool"}
+                title={props.label}
+                aria-label={props.label}
+                aria-haspopup="menu"
+                aria-expanded={open.value}
+                onClick={() => (open.value = !open.value)}
+            >
+                <Icon name={props.icon} size={props.text ? 11 : 16} />
+                {props.text && ` ${props.text}`}
+            </button>
             {open.value && (
-                <div class={`menu ${props.tall ? "tall" : ""}`} role="menu" tabIndex={-1} onKeyDown={walk}
-                    onClick={(event) => (event.target as Element).closest("[role=menuitem]") && close()}>{props.children}</div>
+                <div
+                    class={`menu ${props.tall ? "tall" : ""}`}
+                    role="menu"
+                    tabIndex={-1}
+                    onKeyDown={walk}
+                    onClick={event => (event.target as Element).closest("[role=menuitem]") && close()}
+                >
+                    {props.children}
+                </div>
             )}
         </div>
     );
@@ -114,15 +193,26 @@ export function Modal(props: { label: string; class: string; onClose: () => void
         return () => shown.close();
     }, []);
     return (
-        <dialog ref={dialog} class={props.class} aria-label={props.label} onClose={props.onClose}
-            onPointerDown={(event) => event.target === event.currentTarget && props.onClose()}>{props.children}</dialog>
+        <dialog
+            ref={dialog}
+            class={props.class}
+            aria-label={props.label}
+            onClose={props.onClose}
+            onPointerDown={event => event.target === event.currentTarget && props.onClose()}
+        >
+            {props.children}
+        </dialog>
     );
 }
 
 /** What a panel shows when there is nothing. */
 export function Empty({ icon, title, children }: { icon: string; title: string; children?: ComponentChildren }) {
     return (
-        <div class="empty"><Icon name={icon} size={28} /><h3>{title}</h3><div>{children}</div></div>
+        <div class="empty">
+            <Icon name={icon} size={28} />
+            <h3>{title}</h3>
+            <div>{children}</div>
+        </div>
     );
 }
 

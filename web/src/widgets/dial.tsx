@@ -39,7 +39,10 @@ export function Dial({ motor }: { motor: number }) {
         }
         if (state.speed !== shown.current.speed) {
             shown.current.speed = state.speed;
-            speed.current?.setAttribute("d", arc(Math.sign(state.speed) * Math.sqrt(Math.abs(state.speed) / TOP_SPEED)));
+            speed.current?.setAttribute(
+                "d",
+                arc(Math.sign(state.speed) * Math.sqrt(Math.abs(state.speed) / TOP_SPEED)),
+            );
         }
         // Where step and direction leave the board, the coil current is the outside driver's own.
         const alive = welcome.value?.model.max_current_ma ? (state.flags & MOTOR_FLAGS.energised) !== 0 : powered.value;
@@ -57,7 +60,8 @@ export function Dial({ motor }: { motor: number }) {
                 <circle r="31" class="disc" />
                 <path class="flat" d="M-3.200 -28h6.400l-1.200 19h-4Z" />
                 <path class="spoke" d="M0 9v17M-8 4.500-22.500 13M8 4.500 22.500 13" />
-                <circle r="6.5" class="hub" /><circle r="2" class="shaft" />
+                <circle r="6.5" class="hub" />
+                <circle r="2" class="shaft" />
             </svg>
         </div>
     );

@@ -12,9 +12,14 @@ interface Limits {
     units?: Units;
 }
 
-const grouped = (value: number): string => String(value).replace("-", "\u2212").replace(/\B(?=(\d{3})+(?!\d))/g, "\u2009");
+const grouped = (value: number): string =>
+    String(value)
+        .replace("-", "\u2212")
+        .replace(/\B(?=(\d{3})+(?!\d))/g, "\u2009");
 const rangeText = ({ low, high }: Limits): string =>
-    low === undefined || high === undefined ? "A number, please" : `A number from ${grouped(low)} to ${grouped(high)}, please`;
+    low === undefined || high === undefined
+        ? "A number, please"
+        : `A number from ${grouped(low)} to ${grouped(high)}, please`;
 
 /** The number that a text is, within its limits; null for none. */
 export function readWithin(text: string, limits: Limits): number | null {
@@ -31,7 +36,9 @@ interface Common extends Limits {
 }
 
 /** A number for the page alone: it counts as it is typed, null while it is none. */
-export function LocalNumber(props: Common & { value: number | string | null; onInput: (value: number | null) => void }) {
+export function LocalNumber(
+    props: Common & { value: number | string | null; onInput: (value: number | null) => void },
+) {
     const field = useRef<HTMLInputElement>(null);
     const wrong = useSignal(props.value === null);
     const show = () => {
@@ -41,23 +48,40 @@ export function LocalNumber(props: Common & { value: number | string | null; onI
         if (document.activeElement !== field.current) show();
     }, [props.value]);
     return (
-        <input ref={field} class={`number ${wrong.value ? "wrong" : ""} ${props.class ?? ""}`} aria-label={props.label} aria-invalid={wrong.value}
-            title={wrong.value ? rangeText(props) : undefined} autocomplete="off" spellcheck={false} disabled={props.disabled}
+        <input
+            ref={field}
+            class={`number ${wrong.value ? "wrong" : ""} ${props.class ?? ""}`}
+            aria-label={props.label}
+            aria-invalid={wrong.value}
+            title={wrong.value ? rangeText(props) : undefined}
+            autocomplete="off"
+            spellcheck={false}
+            disabled={props.disabled}
             style={props.width ? { width: `${props.width}px` } : undefined}
             onBlur={show}
-            onInput={(event) => {
+            onInput={event => {
                 const value = readWithin(event.currentTarget.value, props);
                 wrong.value = value === null;
                 props.onInput(value);
             }}
-            onKeyDown={(event) => event.key === "Enter" && event.currentTarget.select()} />
+            onKeyDown={event => event.key === "Enter" && event.currentTarget.select()}
+        />
     );
 }
 
 /** The button beside a draft; it takes no focus, so that the field keeps its caret. */
 const Send = ({ label, disabled, onClick }: { label: string; disabled?: boolean; onClick: () => void }) => (
-    <button type="button" class="send" aria-label={`Send ${label}`} title="Not sent yet: Enter or this button sends, Esc drops" disabled={disabled}
-        onPointerDown={(event) => event.preventDefault()} onClick={onClick}><Icon name="check" size={11} /></button>
+    <button
+        type="button"
+        class="send"
+        aria-label={`Send ${label}`}
+        title="Not sent yet: Enter or this button sends, Esc drops"
+        disabled={disabled}
+        onPointerDown={event => event.preventDefault()}
+        onClick={onClick}
+    >
+        <Icon name="check" size={11} />
+    </button>
 );
 
 /** A number in the module: a draft until Enter or its button sends it; Escape drops it. Leaving the field writes nothing. */
@@ -82,17 +106,30 @@ export function NumberField(props: Common & { value: number | string; onCommit: 
     const state = draft.value === null ? "" : wrong ? "wrong unsent" : "unsent";
     return (
         <span class={`draft ${props.class ?? ""}`} style={props.width ? { width: `${props.width}px` } : undefined}>
-            <input ref={field} class={`number ${state}`} inputMode={(props.low ?? -1) < 0 ? "text" : "numeric"} enterKeyHint="send" autocomplete="off" spellcheck={false}
-                aria-label={props.label} aria-invalid={wrong} title={wrong ? rangeText(props) : draft.value === null ? undefined : "Not sent yet: Enter sends, Esc drops"}
+            <input
+                ref={field}
+                class={`number ${state}`}
+                inputMode={(props.low ?? -1) < 0 ? "text" : "numeric"}
+                enterKeyHint="send"
+                autocomplete="off"
+                spellcheck={false}
+                aria-label={props.label}
+                aria-invalid={wrong}
+                title={
+                    wrong ? rangeText(props) : draft.value === null ? undefined : "Not sent yet: Enter sends, Esc drops"
+                }
                 disabled={props.disabled}
-                onInput={(event) => (draft.value = event.currentTarget.value === String(props.value) ? null : event.currentTarget.value)}
-                onKeyDown={(event) => {
+                onInput={event =>
+                    (draft.value = event.currentTarget.value === String(props.value) ? null : event.currentTarget.value)
+                }
+                onKeyDown={event => {
                     if (event.key === "Enter") {
                         event.preventDefault();
                         send();
                         field.current!.select();
                     } else if (event.key === "Escape") drop();
-                }} />
+                }}
+            />
             {draft.value !== null && <Send label={props.label} disabled={wrong || props.disabled} onClick={send} />}
         </span>
     );
@@ -100,7 +137,11 @@ export function NumberField(props: Common & { value: number | string; onCommit: 
 
 /** A choice in the module: a draft as `NumberField` is, whatever key or wheel changes it. */
 export function SelectField(props: {
-    value: number; choices: readonly { value: number; text: string }[]; label: string; disabled?: boolean; numbers?: boolean;
+    value: number;
+    choices: readonly { value: number; text: string }[];
+    label: string;
+    disabled?: boolean;
+    numbers?: boolean;
     onCommit: (value: number) => void;
 }) {
     const draft = useSignal<number | null>(null);
@@ -110,23 +151,33 @@ export function SelectField(props: {
         props.onCommit(draft.value);
         draft.value = null;
     };
-    const known = props.choices.some((choice) => choice.value === shown);
+    const known = props.choices.some(choice => choice.value === shown);
     return (
         <span class="draft">
-            <select class={draft.value === null ? "" : "unsent"} aria-label={props.label} value={String(shown)} disabled={props.disabled}
+            <select
+                class={draft.value === null ? "" : "unsent"}
+                aria-label={props.label}
+                value={String(shown)}
+                disabled={props.disabled}
                 title={draft.value === null ? undefined : "Not sent yet: Enter sends, Esc drops"}
-                onChange={(event) => {
+                onChange={event => {
                     const next = Number(event.currentTarget.value);
                     draft.value = next === props.value ? null : next;
                 }}
-                onKeyDown={(event) => {
+                onKeyDown={event => {
                     if (event.key === "Enter" && draft.value !== null) {
                         event.preventDefault();
                         send();
                     } else if (event.key === "Escape") draft.value = null;
-                }}>
+                }}
+            >
                 {!known && <option value={String(shown)}>{shown}</option>}
-                {props.choices.map((choice) => <option key={choice.value} value={String(choice.value)} selected={choice.value === shown}>{props.numbers === false ? "" : `${choice.value} `}{choice.text}</option>)}
+                {props.choices.map(choice => (
+                    <option key={choice.value} value={String(choice.value)} selected={choice.value === shown}>
+                        {props.numbers === false ? "" : `${choice.value} `}
+                        {choice.text}
+                    </option>
+                ))}
             </select>
             {draft.value !== null && <Send label={props.label} disabled={props.disabled} onClick={send} />}
         </span>

@@ -54,9 +54,11 @@ export function Icon({ name, size = 16 }: { name: string; size?: number }) {
     const parts = (PATHS[name] ?? "").split("|");
     return (
         <svg class="icon" width={size} height={size} viewBox="0 0 16 16" aria-hidden="true">
-            {parts.filter((part) => part !== "fill").map((path, n) => (
-                <path key={n} d={path} class={parts[n + 1] === "fill" ? "fill" : ""} />
-            ))}
+            {parts
+                .filter(part => part !== "fill")
+                .map((path, n) => (
+                    <path key={n} d={path} class={parts[n + 1] === "fill" ? "fill" : ""} />
+                ))}
         </svg>
     );
 }

@@ -23,7 +23,12 @@ export const FIRST: ReadonlySet<string> = new Set(["position", "target", "speed"
 const OF_DRIVERS: ReadonlySet<string> = new Set(["load", "current"]);
 /** Without drivers of its own a module measures neither load nor current. */
 export const offered = () => KINDS.filter(({ curve }) => welcome.value?.model.max_current_ma || !OF_DRIVERS.has(curve));
-export const SPANS = [[2, "2 s"], [10, "10 s"], [60, "1 min"], [600, "10 min"]] as const;
+export const SPANS = [
+    [2, "2 s"],
+    [10, "10 s"],
+    [60, "1 min"],
+    [600, "10 min"],
+] as const;
 
 export const shownKinds = remembered<string[]>("curves", ["position", "target", "speed"]);
 export const shownMotors = remembered<number[]>("curve-motors", [0, 1, 2]);
@@ -33,8 +38,9 @@ export const frozen = remembered<boolean>("frozen", false);
 export const css = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 export function watchTitle({ bank, number, motor }: Watched): string {
-    const row = (bank === -1 ? tables.value.axis : tables.value.globals)
-        .find((item) => item.number === number && (bank === -1 || item.bank === bank));
+    const row = (bank === -1 ? tables.value.axis : tables.value.globals).find(
+        item => item.number === number && (bank === -1 || item.bank === bank),
+    );
     return `${row?.name ?? number}${bank === -1 ? ` ${motor}` : ""}`;
 }
 
@@ -52,14 +58,24 @@ export interface ShownCurve extends Curve {
 /** Lines by kind, so that curves of one motor differ in one lane too. */
 const DASHES: Record<string, number[]> = { target: [5, 4], target_speed: [5, 4], encoder: [2, 3] };
 /** Lanes of parameters by their unit; what they mean is written in the lane. */
-const LANES: Record<string, string> = { microsteps: "position", "velocity units": "speed", "acceleration units": "acceleration" };
+const LANES: Record<string, string> = {
+    microsteps: "position",
+    "velocity units": "speed",
+    "acceleration units": "acceleration",
+};
 export const UNITS: Record<string, string> = {
-    position: "microsteps", speed: "velocity units", acceleration: "acceleration units", "following error": "microsteps", "speed change": "velocity units/s",
+    position: "microsteps",
+    speed: "velocity units",
+    acceleration: "acceleration units",
+    "following error": "microsteps",
+    "speed change": "velocity units/s",
 };
 
 /** The lane of a parameter: that of its unit. */
 function laneOf({ bank, number }: Watched): string {
-    const row = (bank === -1 ? tables.value.axis : tables.value.globals).find((item) => item.number === number && (bank === -1 || item.bank === bank));
+    const row = (bank === -1 ? tables.value.axis : tables.value.globals).find(
+        item => item.number === number && (bank === -1 || item.bank === bank),
+    );
     return LANES[row?.unit ?? ""] ?? (row?.unit || "value");
 }
 
@@ -70,14 +86,24 @@ export function shownCurves(): ShownCurve[] {
         const derived = curve === "following_error" || curve === "measured_acceleration" ? curve : undefined;
         for (const motor of shownMotors.value)
             list.push({
-                title: `${title} ${motor}`, column: derived ? -1 : columnOf(motor, MOTOR_CURVES.indexOf(curve as "position")), scale, motor, derived,
-                colour: css(`--motor${motor}`), dash: DASHES[curve], width: DASHES[curve] ? 1.2 : 1.8,
+                title: `${title} ${motor}`,
+                column: derived ? -1 : columnOf(motor, MOTOR_CURVES.indexOf(curve as "position")),
+                scale,
+                motor,
+                derived,
+                colour: css(`--motor${motor}`),
+                dash: DASHES[curve],
+                width: DASHES[curve] ? 1.2 : 1.8,
             });
     });
     watches.value.forEach((watch, at) => {
         list.push({
-            title: watchTitle(watch), column: WATCH_COLUMN + at, scale: laneOf(watch), colour: css(`--watch${at % 4}`),
-            width: 1.4, dash: at >= 4 ? [6, 2, 1, 2] : undefined,
+            title: watchTitle(watch),
+            column: WATCH_COLUMN + at,
+            scale: laneOf(watch),
+            colour: css(`--watch${at % 4}`),
+            width: 1.4,
+            dash: at >= 4 ? [6, 2, 1, 2] : undefined,
         });
     });
     return list;
@@ -99,8 +125,12 @@ export function dataBetween(curves: readonly ShownCurve[], from: number, to: num
     const first = Math.max(0, samples.find(from) - 1);
     const last = Math.min(samples.length, samples.find(to) + 1);
     const stride = Math.max(1, Math.floor((last - first) / MAX_POINTS));
-    return [samples.slice(0, first, last, stride), ...curves.map((curve) => valuesOf(curve, first, last, stride))] as uPlot.AlignedData;
+    return [
+        samples.slice(0, first, last, stride),
+        ...curves.map(curve => valuesOf(curve, first, last, stride)),
+    ] as uPlot.AlignedData;
 }
 
 /** The newest value of a curve that is a column. */
-export const newest = (curve: ShownCurve): number => (curve.column < 0 ? NaN : samples.lastValue(curve.column, samples.length - 1));
+export const newest = (curve: ShownCurve): number =>
+    curve.column < 0 ? NaN : samples.lastValue(curve.column, samples.length - 1);

@@ -10,11 +10,25 @@ const FONT = "11px system-ui";
 /** Pixels between two labels of a scale, at least. */
 const APART = 26;
 
-const shown = (value: number): string => (Number.isInteger(value) ? grouped(value) : String(value).replace("-", "\u2212"));
+const shown = (value: number): string =>
+    Number.isInteger(value) ? grouped(value) : String(value).replace("-", "\u2212");
 
-export function drawing(curves: readonly ShownCurve[], lanes: () => readonly Lane[], pinned: () => number | null): uPlot.Plugin {
+export function drawing(
+    curves: readonly ShownCurve[],
+    lanes: () => readonly Lane[],
+    pinned: () => number | null,
+): uPlot.Plugin {
     // Asked for once: a computed style costs more than all the drawing.
-    const [muted, text, grid, edge, pinColour, ...motorColours] = ["--muted", "--text", "--grid", "--faint", "--accent", "--motor0", "--motor1", "--motor2"].map(css);
+    const [muted, text, grid, edge, pinColour, ...motorColours] = [
+        "--muted",
+        "--text",
+        "--grid",
+        "--faint",
+        "--accent",
+        "--motor0",
+        "--motor1",
+        "--motor2",
+    ].map(css);
     const line = (ctx: CanvasRenderingContext2D, x: number, y: number, toX: number, toY: number) => {
         ctx.beginPath();
         ctx.moveTo(x, y);
@@ -30,7 +44,11 @@ export function drawing(curves: readonly ShownCurve[], lanes: () => readonly Lan
         ctx.textAlign = "right";
         ctx.textBaseline = "middle";
         ctx.fillStyle = muted!;
-        for (const value of ticks(lane.low, lane.high, Math.max(1, Math.floor(height / devicePixelRatio / APART) - 1))) {
+        for (const value of ticks(
+            lane.low,
+            lane.high,
+            Math.max(1, Math.floor(height / devicePixelRatio / APART) - 1),
+        )) {
             const y = plot.valToPos(value, lane.scale, true);
             if (y < top + 6 * devicePixelRatio || y > top + height - 6 * devicePixelRatio) continue;
             line(ctx, bbox.left, y, bbox.left + bbox.width, y);
@@ -59,7 +77,7 @@ export function drawing(curves: readonly ShownCurve[], lanes: () => readonly Lan
             if (x + width > bbox.left + bbox.width) break;
             ctx.strokeStyle = curve.colour;
             ctx.lineWidth = 2 * devicePixelRatio;
-            ctx.setLineDash((curve.dash ?? []).map((part) => part * devicePixelRatio));
+            ctx.setLineDash((curve.dash ?? []).map(part => part * devicePixelRatio));
             line(ctx, x, y, x + 18 * devicePixelRatio, y);
             ctx.setLineDash([]);
             ctx.lineWidth = devicePixelRatio;
@@ -89,15 +107,15 @@ export function drawing(curves: readonly ShownCurve[], lanes: () => readonly Lan
 
     return {
         hooks: {
-            drawAxes: (plot) => {
+            drawAxes: plot => {
                 plot.ctx.save();
                 plot.ctx.font = FONT.replace("11", String(11 * devicePixelRatio));
                 plot.ctx.lineWidth = devicePixelRatio;
                 const all = lanes();
-                all.forEach((lane, index) => scaleOf(plot, lane, index, all.length));
+                for (const [index, lane] of all.entries()) scaleOf(plot, lane, index, all.length);
                 plot.ctx.restore();
             },
-            draw: (plot) => {
+            draw: plot => {
                 const { ctx, bbox, scales } = plot;
                 if (scales.x!.min == null) return;
                 ctx.save();
@@ -105,13 +123,14 @@ export function drawing(curves: readonly ShownCurve[], lanes: () => readonly Lan
                 ctx.textBaseline = "middle";
                 ctx.lineWidth = devicePixelRatio;
                 const all = lanes();
-                all.forEach((lane, index) => legendOf(plot, lane, index, all.length));
+                for (const [index, lane] of all.entries()) legendOf(plot, lane, index, all.length);
                 marks(plot);
                 const pin = pinned();
                 if (pin !== null) {
                     ctx.strokeStyle = pinColour!;
                     const x = plot.valToPos(pin, "x", true);
-                    if (x >= bbox.left && x <= bbox.left + bbox.width) line(ctx, x, bbox.top, x, bbox.top + bbox.height);
+                    if (x >= bbox.left && x <= bbox.left + bbox.width)
+                        line(ctx, x, bbox.top, x, bbox.top + bbox.height);
                 }
                 ctx.restore();
             },

@@ -6,7 +6,13 @@ import { Menu } from "../../widgets/basics";
 import type { ShownCurve } from "./curves";
 
 type Edge = "rising" | "falling" | "event";
-interface Trigger { column: number; title: string; level: number; edge: Edge; before: number }
+interface Trigger {
+    column: number;
+    title: string;
+    level: number;
+    edge: Edge;
+    before: number;
+}
 
 const armed = signal<Trigger | null>(null);
 /** The time at which the trigger has fired; null until it does. */
@@ -18,7 +24,7 @@ function fire(time: number, what: string): void {
     notify("information", `Trigger at ${time.toFixed(3)} s: ${what}.`);
 }
 
-sampleListeners.add((row) => {
+sampleListeners.add(row => {
     const trigger = armed.peek();
     if (!trigger || trigger.edge === "event") return;
     const value = row[trigger.column]!;
@@ -26,35 +32,87 @@ sampleListeners.add((row) => {
     const { before, level, edge } = trigger;
     trigger.before = value;
     if (Number.isNaN(before)) return;
-    if (edge === "rising" ? before < level && value >= level : before > level && value <= level) fire(row[0]!, `${trigger.title} ${edge} through ${level}`);
+    if (edge === "rising" ? before < level && value >= level : before > level && value <= level)
+        fire(row[0]!, `${trigger.title} ${edge} through ${level}`);
 });
 
-onServerEvent((event) => {
-    if (event.event === "happened" && armed.peek()?.edge === "event") fire(event.clock / tables.value.clock_hz, event.text);
+onServerEvent(event => {
+    if (event.event === "happened" && armed.peek()?.edge === "event")
+        fire(event.clock / tables.value.clock_hz, event.text);
 });
 
 export function TriggerMenu({ curves }: { curves: readonly ShownCurve[] }) {
     const column = useSignal(0);
     const level = useSignal<number | null>(0);
     const edge = useSignal<Edge>("rising");
-    const chosen = curves.find((curve) => curve.column === column.value) ?? curves.find((curve) => curve.column > 0);
+    const chosen = curves.find(curve => curve.column === column.value) ?? curves.find(curve => curve.column > 0);
     const arm = () => {
         if (level.value === null || (!chosen && edge.value !== "event")) return;
         fired.value = null;
-        armed.value = { column: chosen?.column ?? 0, title: chosen?.title ?? "", level: level.value, edge: edge.value, before: NaN };
+        armed.value = {
+            column: chosen?.column ?? 0,
+            title: chosen?.title ?? "",
+            level: level.value,
+            edge: edge.value,
+            before: NaN,
+        };
     };
     return (
-        <Menu icon="bolt" label={armed.value ? "Trigger is armed" : "Trigger"} class={`tool ${armed.value ? "on" : ""}`}>
+        <Menu
+            icon="bolt"
+            label={armed.value ? "Trigger is armed" : "Trigger"}
+            class={`tool ${armed.value ? "on" : ""}`}
+        >
             <div class="trigger">
-                <label>When <select aria-label="Trigger on" value={edge.value} onChange={(event) => (edge.value = event.currentTarget.value as Edge)}>
-                    <option value="rising">a curve rises through</option><option value="falling">a curve falls through</option><option value="event">something happens (program, switch, power)</option></select></label>
-                {edge.value !== "event" && (<>
-                    <label>Curve <select aria-label="Trigger curve" value={String(chosen?.column ?? 0)} onChange={(event) => (column.value = Number(event.currentTarget.value))}>
-                        {curves.filter((curve) => curve.column > 0).map((curve) => <option key={curve.column} value={String(curve.column)}>{curve.title}</option>)}</select></label>
-                    <label>Level <LocalNumber label="Trigger level" value={level.value} onInput={(value) => (level.value = value)} /></label>
-                </>)}
-                {armed.value ? <button role="menuitem" onClick={() => (armed.value = null)}>Disarm the trigger</button>
-                    : <button role="menuitem" class="primary" onClick={arm}>Arm the trigger</button>}
+                <label>
+                    When{" "}
+                    <select
+                        aria-label="Trigger on"
+                        value={edge.value}
+                        onChange={event => (edge.value = event.currentTarget.value as Edge)}
+                    >
+                        <option value="rising">a curve rises through</option>
+                        <option value="falling">a curve falls through</option>
+                        <option value="event">something happens (program, switch, power)</option>
+                    </select>
+                </label>
+                {edge.value !== "event" && (
+                    <>
+                        <label>
+                            Curve{" "}
+                            <select
+                                aria-label="Trigger curve"
+                                value={String(chosen?.column ?? 0)}
+                                onChange={event => (column.value = Number(event.currentTarget.value))}
+                            >
+                                {curves
+                                    .filter(curve => curve.column > 0)
+                                    .map(curve => (
+                                        <option key={curve.column} value={String(curve.column)}>
+                                            {curve.title}
+                                        </option>
+                                    ))}
+                            </select>
+                        </label>
+                        <label>
+                            Level{" "}
+                            <LocalNumber
+                                label="Trigger level"
+                                value={level.value}
+                                onInput={value => (level.value = value)}
+                            />
+                        </label>
+                    </>
+                )}
+                {armed.value ? (
+                    <button role="menuitem" onClick={() => (armed.value = null)}>
+                        Disarm the trigger
+                    </button>
+                ) : (
+                    <button role="menuitem" class="primary" onClick={arm}>
+                        Arm the trigger
+                    </button>
+                )}
             </div>
         </Menu>
     );

@@ -8,41 +8,92 @@ import { Icon } from "../../widgets/icons";
 import { LocalNumber, NumberField, SelectField } from "../../widgets/fields";
 import { Drag } from "../bench";
 import { want } from "../program";
-import { Commands, MotorChoice, NoDrivers, known, motor, valueOf } from "./common";
+import { Commands, MotorChoice, NoDrivers, known, motor, parameterValue } from "./common";
 
 const stallSpeed = remembered<number | null>("stall-speed", 500);
 
-const THRESHOLDS = [0, 1, 2, 3, 4, 5, 6, 7].map((value) => ({ value, text: value ? `stop at load ${value}` : "off" }));
+const THRESHOLDS = [0, 1, 2, 3, 4, 5, 6, 7].map(value => ({ value, text: value ? `stop at load ${value}` : "off" }));
 
 export function Stall() {
     want("axis");
     const load = useComputed(() => motors[motor.value]!.value.load);
     if (!welcome.value!.model.max_current_ma) return <NoDrivers />;
-    const threshold = valueOf("stall_threshold");
-    const turn = (direction: -1 | 1) => ask({ call: "turn", motor: motor.value, velocity: direction * stallSpeed.value! });
+    const threshold = parameterValue("stall_threshold");
+    const turn = (direction: -1 | 1) =>
+        ask({ call: "turn", motor: motor.value, velocity: direction * stallSpeed.value! });
     const still = !ready.value || stallSpeed.value === null;
     return (
         <div class="tool-body">
-            <div class="row"><MotorChoice /></div>
+            <div class="row">
+                <MotorChoice />
+            </div>
             <div class="grid">
-                <label>Velocity<LocalNumber value={stallSpeed.value} low={0} high={2047} label="Velocity" onInput={(value) => (stallSpeed.value = value)} /></label>
-                <label>Acceleration (5)<NumberField value={known("max_acceleration") ?? ""} disabled={known("max_acceleration") === undefined} low={0} high={2047} label="Acceleration" onCommit={(value) => void setAxis("max_acceleration", motor.value, value).then(refresh)} /></label>
+                <label>
+                    Velocity
+                    <LocalNumber
+                        value={stallSpeed.value}
+                        low={0}
+                        high={2047}
+                        label="Velocity"
+                        onInput={value => (stallSpeed.value = value)}
+                    />
+                </label>
+                <label>
+                    Acceleration (5)
+                    <NumberField
+                        value={known("max_acceleration") ?? ""}
+                        disabled={known("max_acceleration") === undefined}
+                        low={0}
+                        high={2047}
+                        label="Acceleration"
+                        onCommit={value => void setAxis("max_acceleration", motor.value, value).then(refresh)}
+                    />
+                </label>
             </div>
             <div class="row">
-                <button disabled={still} title={notReady.value || undefined} onClick={() => turn(-1)}><Icon name="turnLeft" /> Rotate left</button>
-                <button onClick={() => send("MST", 0, motor.value)}><Icon name="stop" /> Stop</button>
-                <button disabled={still} title={notReady.value || undefined} onClick={() => turn(1)}><Icon name="turnRight" /> Rotate right</button>
+                <button disabled={still} title={notReady.value || undefined} onClick={() => turn(-1)}>
+                    <Icon name="turnLeft" /> Rotate left
+                </button>
+                <button onClick={() => send("MST", 0, motor.value)}>
+                    <Icon name="stop" /> Stop
+                </button>
+                <button disabled={still} title={notReady.value || undefined} onClick={() => turn(1)}>
+                    <Icon name="turnRight" /> Rotate right
+                </button>
                 {flag(motor.value, "stalled") && <span class="pill bad">stalled</span>}
             </div>
             <div class="load-scale" role="meter" aria-label="Load" aria-valuenow={load.value} aria-valuemax={7}>
-                {Array.from({ length: 8 }, (_, n) => <span key={n} class={`${n <= load.value && load.value > 0 ? "on" : ""} ${threshold && n >= threshold ? "over" : ""}`}>{n}</span>)}
+                {Array.from({ length: 8 }, (_, n) => (
+                    <span
+                        key={n}
+                        class={`${n <= load.value && load.value > 0 ? "on" : ""} ${threshold && n >= threshold ? "over" : ""}`}
+                    >
+                        {n}
+                    </span>
+                ))}
             </div>
-            <label>Stall detection threshold (205)<SelectField label="Stall threshold" value={threshold} choices={THRESHOLDS} numbers={false} disabled={known("stall_threshold") === undefined}
-                onCommit={(value) => void setAxis("stall_threshold", motor.value, value).then(refresh)} /></label>
-            {can.value.bench && <div class="threshold"><Drag motor={motor.value} /></div>}
-            <p class="muted note">Turn the motor at its working speed, see which load it shows, load it by hand until it nearly stalls, and set the threshold between the two. The motor is stopped when the load reaches it, not while speeding up or slowing down.</p>
+            <label>
+                Stall detection threshold (205)
+                <SelectField
+                    label="Stall threshold"
+                    value={threshold}
+                    choices={THRESHOLDS}
+                    numbers={false}
+                    disabled={known("stall_threshold") === undefined}
+                    onCommit={value => void setAxis("stall_threshold", motor.value, value).then(refresh)}
+                />
+            </label>
+            {can.value.bench && (
+                <div class="threshold">
+                    <Drag motor={motor.value} />
+                </div>
+            )}
+            <p class="muted note">
+                Turn the motor at its working speed, see which load it shows, load it by hand until it nearly stalls,
+                and set the threshold between the two. The motor is stopped when the load reaches it, not while speeding
+                up or slowing down.
+            </p>
             <Commands lines={[`SAP 205, ${motor.value}, ${threshold}`]} />
         </div>
     );
 }
-

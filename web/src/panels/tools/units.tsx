@@ -2,11 +2,22 @@
 import { axisParameter, tables } from "../../logic/app";
 import { remembered } from "../../logic/settings";
 import {
-    accelerationOfSlope, fullstepRate, grouped, rampSeconds, rate, rateSlope, rpm, short, turns, ustepsPerTurn, velocityOfRpm, type Scale,
+    accelerationOfSlope,
+    fullstepRate,
+    grouped,
+    rampSeconds,
+    rate,
+    rateSlope,
+    rpm,
+    short,
+    turns,
+    ustepsPerTurn,
+    velocityOfRpm,
+    type Scale,
 } from "../../logic/units";
 import { FULLSTEPS } from "../axes";
 import { want } from "../program";
-import { Commands, MotorChoice, motor, valueOf } from "./common";
+import { Commands, MotorChoice, motor, parameterValue } from "./common";
 import { LocalNumber } from "../../widgets/fields";
 
 const steps = remembered("unit-fullsteps", FULLSTEPS);
@@ -17,42 +28,221 @@ const own = remembered<{ pulse: number; ramp: number; resolution: number } | nul
 
 export function Units() {
     want("axis");
-    const divisors = own.value ?? { pulse: valueOf("pulse_divisor"), ramp: valueOf("ramp_divisor"), resolution: valueOf("microstep_resolution") };
-    const scale: Scale = { clock_hz: tables.value.clock_hz, pulse_div: divisors.pulse, ramp_div: divisors.ramp, resolution: divisors.resolution, fullsteps_per_turn: steps.value };
+    const divisors = own.value ?? {
+        pulse: parameterValue("pulse_divisor"),
+        ramp: parameterValue("ramp_divisor"),
+        resolution: parameterValue("microstep_resolution"),
+    };
+    const scale: Scale = {
+        clock_hz: tables.value.clock_hz,
+        pulse_div: divisors.pulse,
+        ramp_div: divisors.ramp,
+        resolution: divisors.resolution,
+        fullsteps_per_turn: steps.value,
+    };
     const set = (part: Partial<typeof divisors>) => (own.value = { ...divisors, ...part });
     const v = velocity.value;
     const a = acceleration.value;
     return (
         <div class="tool-body units">
-            <div class="row"><MotorChoice />
-                {own.value ? <button onClick={() => (own.value = null)}>Take the module's divisors</button> : <span class="muted">divisors as in the module</span>}</div>
+            <div class="row">
+                <MotorChoice />
+                {own.value ? (
+                    <button onClick={() => (own.value = null)}>Take the module's divisors</button>
+                ) : (
+                    <span class="muted">divisors as in the module</span>
+                )}
+            </div>
             <div class="grid">
-                <label>Full steps a turn<LocalNumber value={steps.value} low={1} high={100000} label="Full steps a turn" onInput={(value) => value !== null && (steps.value = value)} /></label>
-                <label>Microstep resolution (140)<LocalNumber value={scale.resolution} low={0} high={6} label="Microstep resolution" onInput={(resolution) => resolution !== null && set({ resolution })} /></label>
-                <label>Pulse divisor (154)<LocalNumber value={scale.pulse_div} low={0} high={13} label="Pulse divisor" onInput={(pulse) => pulse !== null && set({ pulse })} /></label>
-                <label>Ramp divisor (153)<LocalNumber value={scale.ramp_div} low={0} high={13} label="Ramp divisor" onInput={(ramp) => ramp !== null && set({ ramp })} /></label>
+                <label>
+                    Full steps a turn
+                    <LocalNumber
+                        value={steps.value}
+                        low={1}
+                        high={100000}
+                        label="Full steps a turn"
+                        onInput={value => value !== null && (steps.value = value)}
+                    />
+                </label>
+                <label>
+                    Microstep resolution (140)
+                    <LocalNumber
+                        value={scale.resolution}
+                        low={0}
+                        high={6}
+                        label="Microstep resolution"
+                        onInput={resolution => resolution !== null && set({ resolution })}
+                    />
+                </label>
+                <label>
+                    Pulse divisor (154)
+                    <LocalNumber
+                        value={scale.pulse_div}
+                        low={0}
+                        high={13}
+                        label="Pulse divisor"
+                        onInput={pulse => pulse !== null && set({ pulse })}
+                    />
+                </label>
+                <label>
+                    Ramp divisor (153)
+                    <LocalNumber
+                        value={scale.ramp_div}
+                        low={0}
+                        high={13}
+                        label="Ramp divisor"
+                        onInput={ramp => ramp !== null && set({ ramp })}
+                    />
+                </label>
             </div>
             <div class="columns">
-                <section class="card"><h3>Speed</h3>
-                    <label>velocity units<LocalNumber value={v} low={0} high={2047} label="Velocity" onInput={(value) => value !== null && (velocity.value = value)} /></label>
-                    <label>turns a minute<LocalNumber whole={false} value={short(rpm(scale, v))} label="Turns a minute" low={0} high={1e6} onInput={(value) => value !== null && (velocity.value = Math.min(2047, velocityOfRpm(scale, value)))} /></label>
-                    <dl><div><dt>turns a second</dt><dd>{short(rpm(scale, v) / 60)}</dd></div><div><dt>full steps a second</dt><dd>{short(fullstepRate(scale, v))}</dd></div>
-                        <div><dt>microsteps a second</dt><dd>{grouped(rate(scale, v))}</dd></div><div><dt>one unit is</dt><dd>{short(rpm(scale, 1))} rpm</dd></div>
-                        <div><dt>highest (2047)</dt><dd>{short(rpm(scale, 2047))} rpm</dd></div></dl></section>
-                <section class="card"><h3>Acceleration</h3>
-                    <label>acceleration units<LocalNumber value={a} low={0} high={2047} label="Acceleration" onInput={(value) => value !== null && (acceleration.value = value)} /></label>
-                    <label>full steps/s²<LocalNumber whole={false} low={0} high={1e12} value={short(rateSlope(scale, a) / 2 ** scale.resolution)} label="Full steps a second squared"
-                        onInput={(value) => value !== null && (acceleration.value = Math.min(2047, accelerationOfSlope(scale, value * 2 ** scale.resolution)))} /></label>
-                    <dl><div><dt>turns/s²</dt><dd>{short(rateSlope(scale, a) / ustepsPerTurn(scale))}</dd></div><div><dt>time to speed {v}</dt><dd>{short(rampSeconds(scale, v, a))} s</dd></div>
-                        <div><dt>turns until then</dt><dd>{short(turns(scale, (rate(scale, v) * rampSeconds(scale, v, a)) / 2))}</dd></div></dl></section>
-                <section class="card"><h3>Way</h3>
-                    <label>microsteps<LocalNumber value={way.value} low={-(2 ** 23)} high={2 ** 23 - 1} label="Microsteps" onInput={(value) => value !== null && (way.value = value)} /></label>
-                    <label>turns<LocalNumber whole={false} value={short(turns(scale, way.value))} low={-1e6} high={1e6} label="Turns" onInput={(value) => value !== null && (way.value = Math.round(value * ustepsPerTurn(scale)))} /></label>
-                    <dl><div><dt>degrees</dt><dd>{short(turns(scale, way.value) * 360)}</dd></div><div><dt>full steps</dt><dd>{short(way.value / 2 ** scale.resolution)}</dd></div><div><dt>microsteps a turn</dt><dd>{grouped(ustepsPerTurn(scale))}</dd></div><div><dt>whole range ±2²³</dt><dd>{short(turns(scale, 2 ** 24))} turns</dd></div></dl></section>
+                <section class="card">
+                    <h3>Speed</h3>
+                    <label>
+                        velocity units
+                        <LocalNumber
+                            value={v}
+                            low={0}
+                            high={2047}
+                            label="Velocity"
+                            onInput={value => value !== null && (velocity.value = value)}
+                        />
+                    </label>
+                    <label>
+                        turns a minute
+                        <LocalNumber
+                            whole={false}
+                            value={short(rpm(scale, v))}
+                            label="Turns a minute"
+                            low={0}
+                            high={1e6}
+                            onInput={value =>
+                                value !== null && (velocity.value = Math.min(2047, velocityOfRpm(scale, value)))
+                            }
+                        />
+                    </label>
+                    <dl>
+                        <div>
+                            <dt>turns a second</dt>
+                            <dd>{short(rpm(scale, v) / 60)}</dd>
+                        </div>
+                        <div>
+                            <dt>full steps a second</dt>
+                            <dd>{short(fullstepRate(scale, v))}</dd>
+                        </div>
+                        <div>
+                            <dt>microsteps a second</dt>
+                            <dd>{grouped(rate(scale, v))}</dd>
+                        </div>
+                        <div>
+                            <dt>one unit is</dt>
+                            <dd>{short(rpm(scale, 1))} rpm</dd>
+                        </div>
+                        <div>
+                            <dt>highest (2047)</dt>
+                            <dd>{short(rpm(scale, 2047))} rpm</dd>
+                        </div>
+                    </dl>
+                </section>
+                <section class="card">
+                    <h3>Acceleration</h3>
+                    <label>
+                        acceleration units
+                        <LocalNumber
+                            value={a}
+                            low={0}
+                            high={2047}
+                            label="Acceleration"
+                            onInput={value => value !== null && (acceleration.value = value)}
+                        />
+                    </label>
+                    <label>
+                        full steps/s²
+                        <LocalNumber
+                            whole={false}
+                            low={0}
+                            high={1e12}
+                            value={short(rateSlope(scale, a) / 2 ** scale.resolution)}
+                            label="Full steps a second squared"
+                            onInput={value =>
+                                value !== null &&
+                                (acceleration.value = Math.min(
+                                    2047,
+                                    accelerationOfSlope(scale, value * 2 ** scale.resolution),
+                                ))
+                            }
+                        />
+                    </label>
+                    <dl>
+                        <div>
+                            <dt>turns/s²</dt>
+                            <dd>{short(rateSlope(scale, a) / ustepsPerTurn(scale))}</dd>
+                        </div>
+                        <div>
+                            <dt>time to speed {v}</dt>
+                            <dd>{short(rampSeconds(scale, v, a))} s</dd>
+                        </div>
+                        <div>
+                            <dt>turns until then</dt>
+                            <dd>{short(turns(scale, (rate(scale, v) * rampSeconds(scale, v, a)) / 2))}</dd>
+                        </div>
+                    </dl>
+                </section>
+                <section class="card">
+                    <h3>Way</h3>
+                    <label>
+                        microsteps
+                        <LocalNumber
+                            value={way.value}
+                            low={-(2 ** 23)}
+                            high={2 ** 23 - 1}
+                            label="Microsteps"
+                            onInput={value => value !== null && (way.value = value)}
+                        />
+                    </label>
+                    <label>
+                        turns
+                        <LocalNumber
+                            whole={false}
+                            value={short(turns(scale, way.value))}
+                            low={-1e6}
+                            high={1e6}
+                            label="Turns"
+                            onInput={value => value !== null && (way.value = Math.round(value * ustepsPerTurn(scale)))}
+                        />
+                    </label>
+                    <dl>
+                        <div>
+                            <dt>degrees</dt>
+                            <dd>{short(turns(scale, way.value) * 360)}</dd>
+                        </div>
+                        <div>
+                            <dt>full steps</dt>
+                            <dd>{short(way.value / 2 ** scale.resolution)}</dd>
+                        </div>
+                        <div>
+                            <dt>microsteps a turn</dt>
+                            <dd>{grouped(ustepsPerTurn(scale))}</dd>
+                        </div>
+                        <div>
+                            <dt>whole range ±2²³</dt>
+                            <dd>{short(turns(scale, 2 ** 24))} turns</dd>
+                        </div>
+                    </dl>
+                </section>
             </div>
-            <Commands lines={[`SAP ${axisParameter("max_speed").number}, ${motor.value}, ${v}`, `SAP ${axisParameter("max_acceleration").number}, ${motor.value}, ${a}`,
-                ...(own.value ? [`SAP ${axisParameter("pulse_divisor").number}, ${motor.value}, ${scale.pulse_div}`, `SAP ${axisParameter("ramp_divisor").number}, ${motor.value}, ${scale.ramp_div}`] : [])]} />
+            <Commands
+                lines={[
+                    `SAP ${axisParameter("max_speed").number}, ${motor.value}, ${v}`,
+                    `SAP ${axisParameter("max_acceleration").number}, ${motor.value}, ${a}`,
+                    ...(own.value
+                        ? [
+                              `SAP ${axisParameter("pulse_divisor").number}, ${motor.value}, ${scale.pulse_div}`,
+                              `SAP ${axisParameter("ramp_divisor").number}, ${motor.value}, ${scale.ramp_div}`,
+                          ]
+                        : []),
+                ]}
+            />
         </div>
     );
 }
-
