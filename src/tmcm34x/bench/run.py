@@ -190,7 +190,7 @@ def _quiet(module: Module) -> bool:
 
 
 def _uneventful(rig: Rig) -> bool:
-    """Whether nothing is ahead but that evenly turning motors pass their target positions, which concerns nobody.
+    """Whether nothing is ahead but that evenly turning motors pass their target positions, which has no effect.
 
     A target position less than half a turn of the counter ahead must be passed first: what comes behind it, such as
     a switch, is not known before.

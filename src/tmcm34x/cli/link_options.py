@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 LOOPBACK: Final = "127.0.0.1"
 LOOPBACK_HOSTS: Final = frozenset({LOOPBACK, "localhost", "::1"})
-"""Hosts that nobody reaches from elsewhere."""
+"""Hosts that are reachable from this machine only."""
 
 
 class TcpAddress(click.ParamType[tuple[str, int]]):

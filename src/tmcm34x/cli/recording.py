@@ -75,7 +75,7 @@ def _open(path: Path, files: contextlib.ExitStack) -> TextIO:
 
 
 def _painter(picture: PictureRecorder, path: Path, title: str) -> Callable[[], None]:
-    """Draws the picture into its file; what cannot work is told before the run."""
+    """Draws the picture into its file; what cannot work is reported before the run."""
     kinds = {".svg": SvgCanvas, ".png": PngCanvas}
     kind = kinds.get(path.suffix.lower())
     if kind is None:

@@ -296,7 +296,7 @@ def _record(path: Path | None, log: TelegramLog | None, stack: contextlib.ExitSt
 
 
 def _close(stream: TextIO) -> None:
-    # That the disk is full has been told when a line was written.
+    # That the disk is full has been reported when a line was written.
     with contextlib.suppress(OSError):
         stream.close()
 

@@ -78,7 +78,7 @@ def _parameters(path: Path, bank: Any) -> dict[int, int]:
 
 
 class _Guarded(NamedTuple):
-    """A function of the file, whose failures are told and answered with status 6."""
+    """A function of the file, whose failures are reported and answered with status 6."""
 
     path: Path
     n: int

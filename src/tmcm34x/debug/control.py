@@ -68,7 +68,7 @@ class Breakpoint:
     def make(
         cls, number: int, address: int, condition: str = "", hits: str = "", message: str = ""
     ) -> Breakpoint:
-        """A breakpoint from what somebody typed; raises `ExpressionError`."""
+        """A breakpoint from its text; raises `ExpressionError`."""
         return cls(
             number,
             address,
@@ -94,7 +94,7 @@ class Control:
 
     @property
     def idle(self) -> bool:
-        """Whether nobody needs to ask before a command."""
+        """Whether no command has to be checked before it is executed."""
         return not self._breakpoints and self._reason is None
 
     @property
@@ -104,7 +104,7 @@ class Control:
 
     @property
     def addresses(self) -> frozenset[int] | None:
-        """Of the commands before which somebody needs to ask; None: of all."""
+        """Of the commands that have to be checked before they are executed; None: of all."""
         return None if self._reason is not None else frozenset(self._breakpoints)
 
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from tmcm34x.bench import Rig
 
 LIMIT: Final = 64 << 20
-"""Memory of a history unless told otherwise [bytes]."""
+"""Default memory of a history [bytes]."""
 DENSE_EVENTS: Final = 1000
 """Events from one snapshot to the next, as they are taken."""
 DENSE_CLOCKS: Final = 10 * HZ

@@ -86,7 +86,7 @@ class View:
     read: answers a reading command; a module in this process is looked at without acting (`Module.peek`)
     write: has a command executed
     module: in this process, for what no command tells; None for one at the end of a line
-    world: its bench, for hands on the inputs
+    world: its bench, for the levels of the inputs
     """
 
     def __init__(

@@ -96,7 +96,7 @@ async def serve_tcp(
     *,
     ready: Callable[[str, int], object] = lambda _host, _port: None,
 ) -> None:
-    """Sessions with all clients that connect; `ready` is told the address, where port 0 picks one."""
+    """Sessions with all clients that connect; `ready` gets the address, which port 0 leaves to the system."""
 
     async def session(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         async def send(text: str) -> None:

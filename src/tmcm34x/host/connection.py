@@ -26,7 +26,7 @@ _OK: Final = int(Status.OK)
 
 
 class Connection:
-    """A line with modules on it; the module at `address` unless told otherwise.
+    """A line with modules on it; by default the module at `address`.
 
     timeout_s: how long to wait for a reply, pause time (parameter 75) included
     retries: how often a command is sent again that only reads, or that the module says has not arrived

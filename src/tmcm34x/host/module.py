@@ -31,7 +31,7 @@ from tmcm34x.tmcl.global_parameters import FACTORY_KEY
 from tmcm34x.tmcl.units import FULLSTEPS_PER_TURN, LARGEST
 
 MOVE_S: Final = 60.0
-"""How long a move or a reference search may take unless told otherwise."""
+"""Default time limit of a move or a reference search."""
 _USER_BANK: Final = 2
 _GLOBAL_KEYS: Final = {row.key: row for row in global_parameters.GLOBAL_PARAMETERS if row.bank == 0}
 _INPUTS, _ANALOG_INPUTS, _OUTPUTS = range(3)

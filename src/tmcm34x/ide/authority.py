@@ -228,7 +228,7 @@ class Authority:
         self._changed()
 
     def end(self, motions: Iterable[Motion], why: str = "") -> None:
-        """Motions are over before their time: their motors are brought to rest; `why` is told."""
+        """Motions are over before their time: their motors are brought to rest; `why` is shown."""
         for motion in motions:
             self._remove(motion)
             self._stopping.begin(motion.motors, searching=motion.kind == "search")
@@ -352,7 +352,7 @@ class Authority:
     # The end of the server
 
     def halt(self) -> None:
-        """The server is told to end: stop at once what was started through it."""
+        """The server ends: stop at once what was started through it."""
         if self.real and (self._started or self._program_started):
             program = [Instruction(STOP_PROGRAM)] if self._program_started else []
             self._target.urgent([*program, *map(stop_command, sorted(self._started))])

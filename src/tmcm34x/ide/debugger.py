@@ -6,7 +6,7 @@ Three things differ, because there are many windows and one program:
 - The session is there without any window: `attach`, `configurationDone` and `disconnect` only say that a window
   comes, is ready or goes.
 - Events go to all windows, a response to the window that asked.
-- What one window sets, the others are told: `tmcl_breakpoints` (`source`, `breakpoints` as they were asked for,
+- What one window sets is sent to the others: `tmcl_breakpoints` (`source`, `breakpoints` as they were asked for,
   `placed` as the adapter answered) and `tmcl_filters` (`filters`) are events of our own.
 """
 

@@ -67,7 +67,7 @@ class Hub:
         self._spawn(self.authority.watch())
 
     def halt(self) -> None:
-        """The server is told to end: what was started through it is stopped at once."""
+        """The server ends: what was started through it is stopped at once."""
         self.loading.abort()
         self.authority.halt()
 
@@ -232,7 +232,7 @@ class Hub:
         self.tell(wire.Loaded(listing))
 
     async def check_memory(self) -> None:
-        """See whether somebody else has stored another program meanwhile."""
+        """Check whether another host has stored another program meanwhile."""
         if self.loading.changed_outside():
             await self._set_listing(None)
 

@@ -147,7 +147,7 @@ class Loading:
             self._revision = self._target.module.eeprom.revision
 
     def changed_outside(self) -> bool:
-        """Whether somebody else has stored another program meanwhile; as far as it can be seen without the line."""
+        """Whether another host has stored another program meanwhile; as far as it can be seen without the line."""
         if self.listing is None or not isinstance(self._target, Virtual):
             return False
         eeprom = self._target.module.eeprom

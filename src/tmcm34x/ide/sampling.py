@@ -89,7 +89,7 @@ def _pack(row: Row, watches: Sequence[wire.Watched]) -> bytes:
 class Sampled:
     """`rig` as a part, with `take` called every `PERIOD` while time passes and `wanted` says so.
 
-    It makes no event of its own: time does not pass because somebody looks.
+    It makes no event of its own: taking samples does not advance time.
     """
 
     def __init__(self, rig: Rig, take: Callable[[], None], wanted: Callable[[], bool]) -> None:

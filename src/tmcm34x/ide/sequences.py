@@ -120,7 +120,7 @@ async def go(executor: Executor, motors: Sequence[int], coordinate: int) -> str:
 
 
 async def turn(executor: Executor, motor: int, velocity: int) -> str:
-    """Turn a motor until it is told otherwise."""
+    """Turn a motor until the next motion command."""
     await executor.send("ROR" if velocity >= 0 else "ROL", 0, motor, abs(velocity))
     while True:
         await asyncio.sleep(1.0)

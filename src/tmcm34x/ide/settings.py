@@ -1,4 +1,4 @@
-"""A module's settings as files, by the host library: complete, or pages are told what is missing."""
+"""A module's settings as files, by the host library: complete, or with a list of what is missing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Motors on their way to rest: told to stop again and again until each has confirmed a speed of 0.
+"""Motors on their way to rest: stop commands are repeated until each has confirmed a speed of 0.
 
 Source: manual 6.7.3 (MST), 6.7.13 (RFS STOP), axis parameter 3.
 """
@@ -38,7 +38,7 @@ def stop_search(motor: int) -> Instruction:
 
 
 class Stopping:
-    """Motors of `target` that are told to stop; `changed` is called with a motor whenever its state changes."""
+    """Motors of `target` that are being stopped; `changed` is called with a motor whenever its state changes."""
 
     def __init__(self, target: Target, changed: Callable[[int], None]) -> None:
         self._target = target

@@ -76,7 +76,7 @@ class Target(Protocol):
     async def debug(self, work: Callable[[], T], *, polling: bool = False) -> T:
         """Do something with the session where and when the module may be touched.
 
-        polling: nobody has asked for it, so logs need not show it
+        polling: sent for the display alone, so logs need not show it
         """
         ...
 

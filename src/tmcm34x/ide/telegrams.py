@@ -14,7 +14,7 @@ BATCH: Final = 500
 
 
 class Entry(NamedTuple):
-    """A telegram as it went by; it is explained only when somebody wants to see it."""
+    """A telegram as it went by; it is explained only when it is shown."""
 
     number: int
     now: float

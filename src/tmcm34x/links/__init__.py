@@ -1,7 +1,7 @@
 """Links: what carries bytes between a host and a module's line.
 
 A link knows no protocol.  It waits for clients; for each one it asks `connect` for the module's end of the
-line and hands it what the client sends.  Wires are bound methods: the link gives `connect` its own `send`
+line and passes on what the client sends.  Wires are bound methods: the link gives `connect` its own `send`
 and gets a `Peer` back.
 
 Serial links carry bytes, CAN links frames; both kinds look alike otherwise.
@@ -16,7 +16,7 @@ from collections.abc import Callable
 from typing import Final, Protocol, runtime_checkable
 
 Send = Callable[[bytes], None]
-"""Takes bytes for the client; bytes that nobody fetches are lost, as on a wire."""
+"""Takes bytes for the client; bytes that are not fetched are lost, as on a wire."""
 
 
 class LinkError(Exception):

@@ -58,7 +58,7 @@ class CanBusLink:
     def _send(self, identifier: int, data: bytes) -> None:
         if self._bus is None:
             return
-        with contextlib.suppress(self._error):  # nobody acknowledges: the frame is lost, as on a real bus
+        with contextlib.suppress(self._error):  # no acknowledge: the frame is lost, as on a real bus
             extended = bool(identifier & EXTENDED)
             self._bus.send(
                 self._message(arbitration_id=identifier & ~EXTENDED, data=data, is_extended_id=extended)

@@ -5,7 +5,7 @@ written beside it, synchronised, locked and renamed over it, so that the path na
 old or new.  The lock belongs to the file itself, so nothing else is left lying about; a process that has locked a file
 which was replaced meanwhile tries again.
 
-The new file has a random name and is created by us or not at all: no link that somebody has put there is followed.
+The new file has a random name and is created by us or not at all: a link that lies there already is not followed.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class EepromFile:
     def publish(self, new: NewFile, journal: bytes = b"") -> None:
         """Replace the file by a new one with a journal behind its image.  Raises `EepromFileError`.
 
-        The first file must not replace one that somebody else has created meanwhile.
+        The first file must not replace one that another process has created meanwhile.
         """
         try:
             _write(new.fd, journal)

@@ -1,6 +1,6 @@
 """Lines for people and programs that never hold up whoever writes them.
 
-Standard output and standard error may be pipes that nobody reads.  So a thread writes, and what does not fit into a
+Standard output and standard error may be pipes without a reader.  So a thread writes, and what does not fit into a
 queue of some thousand lines is left out; the next line that fits says how many are missing.
 """
 

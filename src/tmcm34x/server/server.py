@@ -39,7 +39,7 @@ MAX_LAG_S: Final = 1.0
 TIME_OUT_S: Final = 0.005
 """A partial telegram is dropped when the next bytes come later than this after the last ones (fidelity WIRE-3)."""
 _UNKNOWN: Final = -1
-"""The next event, when somebody may have touched the bench since it was asked for."""
+"""The next event, when the bench may have been changed since it was asked for."""
 _OVER: Final = -1
 """A receive time-out that has always passed."""
 _FAR_S: Final = 1e6
@@ -66,7 +66,7 @@ class Server:
     stores: what keeps the modules' memories
     log: where telegrams are written down
     any_address: serial ports take telegrams for all addresses, as on USB
-    strict_baud: a client is heard only at the bit rate of the module's global parameter 65, if its link has one
+    strict_baud: bytes of a client count only at the bit rate of the module's global parameter 65, if its link has one
     paced: bytes of serial lines take their time at that bit rate
     faults: what goes wrong on the lines
 
@@ -88,7 +88,7 @@ class Server:
     ) -> None:
         self.rig = rig
         self.part: Advancing = rig
-        """What is advanced: the bench itself, or the bench with somebody who takes samples of it."""
+        """What is advanced: the bench itself, or the bench together with what takes samples of it."""
         self.pace = Pace(speed, monotonic)
         self.pace.draw(rig.now)
         self._stores = stores
@@ -275,7 +275,7 @@ def _tell(ports: Sequence[SerialPort], data: bytes) -> None:
 
 
 def _tell_at(baud_rate: Callable[[], int], ports: Sequence[SerialPort], data: bytes) -> None:
-    """At another bit rate a module hears no whole telegram (fidelity WIRE-8)."""
+    """At another bit rate no whole telegram arrives at a module (fidelity WIRE-8)."""
     rate = baud_rate()
     for port in ports:
         if port.baud_rate == rate:
@@ -287,7 +287,7 @@ def _ignore(_: bytes) -> None:
 
 
 class _Line:
-    """The modules' end of one client's line: a port at each module, all of which hear every byte.
+    """The modules' end of one client's line: a port at each module; every byte reaches all of them.
 
     A telegram that stops in the middle is given up after a time of the wall's, whatever the speed: it is the
     client that does not go on.  So the ports' own time-out is always either far away or over.
@@ -354,7 +354,7 @@ class _Line:
 
 
 class _Bus:
-    """The CAN bus that joins all modules and all CAN clients; everybody hears what a client sends."""
+    """The CAN bus that joins all modules and all CAN clients; what one client sends reaches all others."""
 
     def __init__(self, server: Server) -> None:
         self.server = server
@@ -398,7 +398,7 @@ class _Node:
         self._bus.clients.remove(self)
 
     def deliver(self, identifier: int, data: bytes) -> None:
-        """Hand the client a frame of somebody else."""
+        """Send the client a frame of another node."""
         if self._log is not None:
             self._log.add_frame(self._bus.server.rig.now, "<", identifier, data)
         self._send(identifier, data)

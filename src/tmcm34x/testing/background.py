@@ -17,7 +17,7 @@ class Background:
     def __init__(self) -> None:
         self.loop = asyncio.new_event_loop()
         self.errors: list[BaseException] = []
-        """What was raised in the loop, where nobody waits for it."""
+        """What was raised in the loop outside a call that would report it."""
         self.loop.set_exception_handler(self._keep)
         self._thread = Thread(target=self.loop.run_forever, name="tmcm34x", daemon=True)
         self._thread.start()

@@ -32,7 +32,7 @@ Kind = Literal["telegram", "frame", "text", "incomplete"]
 class Meaning(NamedTuple):
     """What bytes say.
 
-    address: of the module that a command is for or a reply comes from; None where none is told
+    address: of the module that a command is for or a reply comes from; None where there is none
     status: of a reply that has one, else 0
     """
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Mark(NamedTuple):
-    """Something to be told in the picture: when, and in a few words."""
+    """A note in the picture: when, and in a few words."""
 
     when: int
     text: str
@@ -58,7 +58,7 @@ class PictureRecorder:
         self.due = now + self._period
 
     def mark(self, when: int, text: str) -> None:
-        """Remember something to be told in the picture."""
+        """Add a note to the picture."""
         self.marks.append(Mark(when, text))
 
     def _note_outputs(self, number: int, bits: int) -> None:

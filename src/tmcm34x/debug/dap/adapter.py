@@ -299,7 +299,7 @@ class Adapter:
     # What whoever runs this adapter does to its module meanwhile
 
     def know(self, assembly: Assembly | None) -> None:
-        """The program in the module comes from this text now, or from nobody knows where."""
+        """The program in the module comes from this text now, or its source is unknown."""
         self._sources.take(assembly)
         self._debuggee.share_sources()
         if self.target is not None:
@@ -323,7 +323,7 @@ class Adapter:
         self._afterwards(self._end)
 
     def on_disconnect(self, arguments: m.Disconnect) -> None:
-        """Let go; a real module goes on unless told otherwise."""
+        """Detach; the program of a real module runs on unless the client asks to end it."""
         target = self.target
         if target is not None:
             target.set_breakpoints([])

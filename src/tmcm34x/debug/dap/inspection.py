@@ -25,7 +25,7 @@ _NAMES: Final = ("accumulator", "adc", "ap", "co", "counter", "gp", "in", "out",
 
 
 class Inspector:
-    """Answers about the program as it is now; what it hands out is good until `forget`."""
+    """Answers about the program as it is now; references that it returns are valid until `forget`."""
 
     def __init__(self, debuggee: Debuggee) -> None:
         self._debuggee = debuggee

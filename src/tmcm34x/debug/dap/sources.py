@@ -35,7 +35,7 @@ class Sources:
         """The assembly's files by `key`."""
 
     def take(self, assembly: Assembly | None, *, in_file: bool = True) -> None:
-        """The program comes from this, or from nobody knows where; without a file, editors ask for its text."""
+        """The program comes from this file, or its source is unknown; without a file, editors ask for its text."""
         self.text = None if assembly is None else Text(assembly)
         self._made, self._files = "", {}
         if assembly is None:

@@ -154,7 +154,7 @@ class Session(Protocol):
         ...
 
     def controlled(self) -> None:
-        """A command of somebody else may have stopped, reset or started the program."""
+        """A command of another host may have stopped, reset or started the program."""
         ...
 
     def begin(self, *, hold: bool) -> None:

@@ -102,7 +102,7 @@ class BenchSession(LocalSession):
         """The clock of the command before which the program was last held."""
 
     def start(self, address: int = 0, *, hold: bool = True) -> None:
-        """Start the program, and hold it before its first command unless told otherwise."""
+        """Start the program, and by default hold it before its first command."""
         self.program.run(address)
         self._error = None
         self._begin_history()

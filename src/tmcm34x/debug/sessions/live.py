@@ -24,7 +24,7 @@ POLL_S: Final = 0.05
 
 
 class LiveSession(OneWay, LocalSession):
-    """A program on a bench whose time somebody else moves; bring the bench to now before calling any method.
+    """A program on a bench whose time its owner advances; bring the bench to now before calling any method.
 
     Holding is control function 128, going on is 129: a WAIT that was interrupted begins again.
     """
@@ -44,7 +44,7 @@ class LiveSession(OneWay, LocalSession):
 
     @property
     def stop(self) -> Stop | None:
-        """Why the program is held; None while it is not, or since somebody else has started or stopped it."""
+        """Why the program is held; None while it is not, or since another host has started or stopped it."""
         return self._stop if self._controls == self.program.controls else None
 
     @property
@@ -126,7 +126,7 @@ class LiveSession(OneWay, LocalSession):
         self.view.assign("counter", str(address))
 
     def look(self) -> None:
-        """Tell of what nothing else tells: that the program has stopped by itself, or somebody else has stopped it."""
+        """Report what causes no other event: the program has ended, or another host has stopped it."""
         if self._controls != self.program.controls:
             self._controls = self.program.controls
             self._let_go()

@@ -66,7 +66,7 @@ class LocalSession:
         """The program memory holds `program` now: it is read from the module whenever it is needed."""
 
     def controlled(self) -> None:
-        """A command of somebody else may have controlled the program: the module shows it by itself."""
+        """A command of another host may have controlled the program: the module's state shows it."""
 
     def execute(self, instruction: Instruction) -> tuple[int, int]:
         """Have a command executed as in direct mode."""

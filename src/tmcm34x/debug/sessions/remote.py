@@ -1,7 +1,7 @@
 """Run control over a module at the end of a line, real or served, with what its firmware offers.
 
 Run, stop, step and reset are control functions; the state and the counter are global parameters 128 and 130.
-Accumulator, X, flags and stack are told by no command, and nothing can hold the program at a breakpoint.  Stepping
+No command reads accumulator, X, flags and stack, and nothing can hold the program at a breakpoint.  Stepping
 over and out of a CSUB is done in single steps, with the program memory at hand to see calls and returns.
 
 Source: manual 6.7.36, 8.1.
@@ -76,7 +76,7 @@ class RemoteSession(OneWay):
         return reply.status, reply.value
 
     def frames(self) -> list[Frame]:
-        """Where the program is; open routines are not told by any command."""
+        """Where the program is; no command reads the open routines."""
         name = self.text.routine(self._counter) if self.text else ""
         location = self.text.location(self._counter) if self.text else None
         return [Frame(self._counter, name or "program", location)]

@@ -55,7 +55,7 @@ class Execution:
         self.executed = 0
         """Commands executed since power-on."""
         self.controls = 0
-        """Times that somebody outside has started, stopped or reset the program."""
+        """Number of starts, stops and resets from outside the program."""
         self.wait: Wait | None = None
         """The WAIT that is being executed."""
         self.on_refusal: list[Callable[[], bool]] = []
@@ -84,7 +84,7 @@ class Execution:
 
     @property
     def cycle(self) -> Cycle | None:
-        """The cycle that the program goes round in until somebody else acts; None where none is known yet."""
+        """The cycle that the program repeats until something outside acts; None where none is known yet."""
         cycle = self._polling.cycle
         return cycle if cycle is not None and cycle.start <= self._module.now else None
 
@@ -103,7 +103,7 @@ class Execution:
 
     @property
     def hooked(self) -> bool:
-        """Whether somebody wants to be asked before commands."""
+        """Whether an observer checks commands before they are executed."""
         return bool(self._hooks)
 
     def hook(self, ask: Ask, addresses: frozenset[int] | None = None) -> None:
@@ -134,7 +134,7 @@ class Execution:
     # Time
 
     def next_event(self) -> int:
-        """The next clock at which somebody else could notice what the program does."""
+        """The next clock at which the program has an effect outside itself."""
         if not self.state:
             return NEVER
         if self.wait is not None:
@@ -168,7 +168,7 @@ class Execution:
 
     @property
     def _watched(self) -> bool:
-        """Whether somebody looks at each single command."""
+        """Whether an observer follows each single command."""
         if any(observer.instruction is not None for observer in self._module.observers):
             return True
         return bool(self._hooks) and None in self._hooks.values()
@@ -218,7 +218,7 @@ class Execution:
 
     @property
     def _guarded(self) -> bool:
-        """Whether somebody wants to be asked before the command at the counter."""
+        """Whether an observer checks the command at the counter before it is executed."""
         return self.registers.counter in self._machine.guarded
 
     def _pauses(self, now: int) -> bool:

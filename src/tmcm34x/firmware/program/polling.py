@@ -53,7 +53,7 @@ _SETTINGS: Final = frozenset(
         "end_switch_distance", "group_index",
     }
 )  # fmt: skip
-"""Axis parameters that change only when somebody does something, or at an event of the motion chip."""
+"""Axis parameters that change only by a command, or at an event of the motion chip."""
 _POSITION, _SPEEDS, _ACCELERATION = (
     BY_KEY["actual_position"].number,
     frozenset({BY_KEY["target_speed"].number, BY_KEY["actual_speed"].number}),
@@ -69,7 +69,7 @@ _RESTLESS: Final = frozenset(
 
 
 class Cycle(NamedTuple):
-    """A state that comes back every `period` clocks from `start` on, as long as nobody else acts."""
+    """A state that comes back every `period` clocks from `start` on, as long as nothing outside acts."""
 
     contents: Contents
     start: int

@@ -1,7 +1,7 @@
 """Pseudo terminal: a serial port that any host program can open by its path.
 
 The client's side is named, raw from the start, and outlives its clients.  Linux tells the master side of a
-hang-up only when nobody else has the client's side open; so the link holds it open while it waits, lets go
+hang-up only when no other process has the client's side open; so the link holds it open while it waits, lets go
 when the first byte shows that a client is there, and takes it again when that client has hung up.  What the
 client left unread is then thrown away, as the driver of a real port does.
 

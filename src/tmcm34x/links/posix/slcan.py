@@ -1,11 +1,11 @@
 """A CAN adapter that speaks Lawicel's SLCAN on a pseudo terminal, with the module on its bus.
 
 Any program that drives such an adapter can open it: python-can's `slcan`, PyTrinamic's `slcan_tmcl`, `slcand`.  A
-channel that is closed neither sends nor hears; one that only listens does not send; one with another bit rate than
+channel that is closed neither sends nor receives; one that only listens does not send; one with another bit rate than
 the module is not understood.
 
 Leaves out: acceptance filters (M, m) and bus timing registers (s), which are taken and have no effect.  Remote
-frames are taken and reach nobody.
+frames are taken and reach no node.
 
 Source: LAWICEL CANUSB manual; fidelity WIRE-7.
 """
