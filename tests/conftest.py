@@ -10,6 +10,10 @@ import pytest
 
 pytest_plugins = ["pytester"]
 
+# A shell that starts the tests in the background ignores SIGINT for them, and processes inherit that.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 COMMAND = str(Path(sys.executable).with_name("tmcm34x"))
 
 
