@@ -186,6 +186,25 @@ def test_the_step_that_leaves_a_watched_range_is_an_event(values, below, above):
     assert low <= copy.x <= high or copy.n * TICK in events
 
 
+@settings(max_examples=60, deadline=None)
+@given(settings_of_an_axis(), st.integers(-500, 500).filter(bool))
+def test_the_clock_at_which_a_position_is_reached_is_known_before(values, away):
+    pair = Pair()
+    pair.change(**values)
+    chip, oracle = pair.chip, pair.oracle
+    position = signed24(oracle.x + away)
+    copy, foretold, until = replace(oracle), NEVER, 200_000
+    while foretold == NEVER and chip.now < until:
+        state = chip.save()
+        foretold = chip.reaches(0, position)
+        assert chip.save() == state
+        chip.advance(min(chip.next_event(), foretold, until))
+    while copy.x != position and copy.n < until // TICK:
+        copy.tick()
+    come = copy.n * TICK if copy.x == position else NEVER
+    assert come == foretold or (come == NEVER and foretold > until)
+
+
 def restored(chip):
     """Another chip with the state of this one, through the bytes that stand for it."""
     other = Tmc429()

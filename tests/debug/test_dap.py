@@ -670,3 +670,34 @@ def test_conditions_ask_for_the_model_that_is_launched(tmp_path, model, value):
     editor = launched(file, 6, model=model, stopOnEntry=True)
     assert editor.go() == "breakpoint"
     assert editor.value("gp[10]") == str(value)
+
+
+def test_breaks_are_filters_of_exceptions_with_conditions(tmp_path):
+    path = tmp_path / "errors.tmc"
+    path.write_text(
+        "        SAP 4, 0, 9999\n        WAIT REFSW, 0, 1\n        WAIT REFSW, 0, 1\n        STOP\n"
+    )
+    editor = Editor()
+    filters = editor.do("initialize", adapterID="tmcl")["exceptionBreakpointFilters"]
+    assert [row["filter"] for row in filters if row["default"]] == ["refused"]
+    assert all(row["label"] and row["description"] and row["supportsCondition"] for row in filters)
+    editor.do("launch", program=str(path))
+    answers = editor.do(
+        "setExceptionBreakpoints",
+        filters=["stall"],
+        filterOptions=[
+            {"filterId": "flag", "condition": "counter == 2"},
+            {"filterId": "switch", "condition": "gp["},
+            {"filterId": "thunder"},
+        ],
+    )["breakpoints"]
+    assert [answer["verified"] for answer in answers] == [True, True, False, False]
+    assert "thunder" in answers[3]["message"] and "\n" not in answers[2]["message"]
+    editor.do("configurationDone")
+    editor.run()
+    stopped = editor.events("stopped")[-1]
+    assert (stopped["reason"], stopped["description"]) == ("exception", "Error flags")
+    assert editor.do("exceptionInfo", threadId=1) == {
+        "exceptionId": "flag", "description": "the flag ETO is set", "breakMode": "always"
+    }  # fmt: skip
+    assert editor.go() == "over"

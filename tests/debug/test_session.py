@@ -239,7 +239,7 @@ def test_a_pause_in_a_wait_goes_on_where_it_was():
 
 def test_a_refused_command_is_told():
     session, notes = bench("        SGP 0, 2, 1\n        SAP 4, 0, 5000\n        SGP 1, 2, 1\n        STOP\n")
-    session.stop_on_errors = True
+    session.set_breaks({"refused": None})
     session.start(hold=False)
     session.advance(NEVER)
     stop = notes.stops[-1]
@@ -251,7 +251,7 @@ def test_a_refused_command_is_told():
 
 def test_an_end_without_stop_is_told():
     session, notes = bench("        SGP 0, 2, 1\n")
-    session.stop_on_errors = True
+    session.set_breaks({"refused": None})
     session.start(hold=False)
     session.advance(NEVER)
     assert "is a STOP missing" in notes.stops[-1].text
@@ -387,7 +387,7 @@ def test_a_live_session_pauses_and_tells_of_refusals():
     )
     notes = Notes()
     session = LiveSession(module, notes)
-    session.stop_on_errors = True
+    session.set_breaks({"refused": None})
     session.resume()
     run_until(rig, 5 * MS)
     session.look()
@@ -427,7 +427,7 @@ def test_a_live_session_holds_right_after_the_refused_command(refused):
     module.eeprom.write_program(program)
     notes = Notes()
     session = LiveSession(module, notes)
-    session.stop_on_errors = True
+    session.set_breaks({"refused": None})
     session.resume()
     run_until(rig, 50 * MS)
     assert [(stop.reason, stop.address) for stop in notes.stops] == [("exception", 1)]

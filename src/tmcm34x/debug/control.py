@@ -24,12 +24,17 @@ _COMPARE: Final[Mapping[str, Callable[[int, int], bool]]] = MappingProxyType({
 
 
 class Stop(NamedTuple):
-    """Why and where a program is held; `breakpoints` are the numbers of those that were met."""
+    """Why and where a program is held.
+
+    breakpoints: numbers of those that were met
+    exception: key of the break that holds (`breaks.BREAKS`)
+    """
 
     reason: Reason
     address: int
     text: str = ""
     breakpoints: tuple[int, ...] = ()
+    exception: str = ""
 
 
 def compile_hits(text: str) -> Callable[[int], bool]:

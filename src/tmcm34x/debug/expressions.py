@@ -87,12 +87,27 @@ class Reference(NamedTuple):
     indices: tuple[Expression, ...]
 
 
+class Comparison(NamedTuple):
+    """A reference, and what it is compared with."""
+
+    reference: Reference
+    other: Expression
+
+
 def compile_expression(text: str) -> Expression:
     """What gives the value of `text`; raises `ExpressionError` where it is not well formed."""
     parser = _Parser(text)
     expression = parser.expression(0)
     parser.expect_end()
     return expression
+
+
+def comparisons(text: str) -> list[Comparison]:
+    """What `text` compares with something, where one side is a reference alone; raises `ExpressionError`."""
+    parser = _Parser(text)
+    parser.expression(0)
+    parser.expect_end()
+    return parser.comparisons
 
 
 def compile_reference(text: str) -> Reference:
@@ -138,6 +153,9 @@ class _Parser:
             raise ExpressionError(f"longer than {LONGEST} characters")
         self._text = text
         self._position = 0
+        self.comparisons: list[Comparison] = []
+        self._alone: Reference | None = None
+        """The reference that the last expression consists of, if it is one alone."""
         self.token = _Token("", "")
         self.take(operand_next=True)
 
@@ -173,22 +191,36 @@ class _Parser:
             if precedence <= tightest:
                 break
             self.take(operand_next=True)
+            reference, self._alone = self._alone, None
             right = self.expression(precedence)
+            if precedence == _COMPARISON:
+                self._note_comparison(reference, left, right)
+            self._alone = None
             left = _join(sign, left, right)
         return left
 
+    def _note_comparison(self, reference: Reference | None, left: Expression, right: Expression) -> None:
+        if reference is not None:
+            self.comparisons.append(Comparison(reference, right))
+        if self._alone is not None:
+            self.comparisons.append(Comparison(self._alone, left))
+
     def operand(self) -> Expression:
         kind, text = self.token
+        self._alone = None
         if kind == "number":
             self.take(operand_next=False)
             value = _number(text)
             return lambda _read: value
         if kind == "name":
-            return _reader(self.reference())
+            reference = self.reference()
+            self._alone = reference
+            return _reader(reference)
         if text in _UNARY:
             precedence, call = _UNARY[text]
             self.take(operand_next=True)
             inner = self.expression(precedence)
+            self._alone = None
             return lambda read: call(inner(read))
         if text == "(":
             self.take(operand_next=True)

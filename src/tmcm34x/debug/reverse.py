@@ -6,10 +6,12 @@ looks at the past, until what is looked for was found in one of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from tmcm34x.debug.breaks import Breaks, Wanted
 from tmcm34x.debug.control import Breakpoint, Control, Stop, always
 from tmcm34x.debug.expressions import Reference, compile_reference, values_of
 from tmcm34x.debug.view import View
@@ -22,6 +24,7 @@ from tmcm34x.tmcl.mnemonic import format_instruction
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.debug.history import Course, History, Input
+    from tmcm34x.firmware.program import Program
 
 USER_BANK: Final = 2
 OUTPUT_BANK: Final = 2
@@ -67,7 +70,7 @@ def moments(
     program.hook(_let_pass, addresses)
     try:
         while (when := course.next_event()) <= until:
-            if program.active and not program.waiting and program.next_event() == when:
+            if comes(program, when):
                 address = program.upcoming
                 if addresses is None or address in addresses:
                     if course.rig.now < when - 1:
@@ -77,6 +80,11 @@ def moments(
         course.advance(until)
     finally:
         program.unhook(_let_pass)
+
+
+def comes(program: Program, when: int) -> bool:
+    """Whether the program's next command takes effect at `when`, the next event."""
+    return program.active and not program.waiting and program.next_event() == when
 
 
 def _let_pass(_: int) -> bool:
@@ -142,16 +150,27 @@ class Past(NamedTuple):
     stop: Stop
 
 
-def previous_stop(
-    history: History, breakpoints: list[Breakpoint], watches: list[Watch], module: int = 0
-) -> Past | None:
+class Sought(NamedTuple):
+    """What holds a program: breakpoints, data breakpoints, and the breaks of `breaks.BREAKS` in force."""
+
+    breakpoints: Sequence[Breakpoint] = ()
+    watches: Sequence[Watch] = ()
+    breaks: Wanted = MappingProxyType({})
+
+    @property
+    def counts_hits(self) -> bool:
+        """Whether anything depends on how often it was met since the beginning."""
+        return any(met.enough is not always for met in (*self.breakpoints, *self.watches))
+
+
+def previous_stop(history: History, sought: Sought, module: int = 0) -> Past | None:
     """Where one of these would have held last before now.
 
     Hit counts are those since the beginning of the history.
     """
-    finder = _Finder(history, breakpoints, watches, module)
+    finder = _Finder(history, sought, module)
     until = history.rig.now
-    if any(b.enough is not always for b in breakpoints) or any(w.enough is not always for w in watches):
+    if sought.counts_hits:
         return finder.last_in(history.oldest, until)
     for start, end in stretches(history, until):
         found = finder.last_in(start, end)
@@ -161,37 +180,46 @@ def previous_stop(
 
 
 class _Finder:
-    """Looks for the last place in a stretch at which breakpoints hold."""
+    """Looks for the last place in a stretch at which something holds, as `BenchSession.advance` looks for the next."""
 
-    def __init__(
-        self, history: History, breakpoints: list[Breakpoint], watches: list[Watch], module: int
-    ) -> None:
+    def __init__(self, history: History, sought: Sought, module: int) -> None:
         self._history = history
+        self._sought = sought
         self._module = module
-        self._breakpoints = breakpoints
-        self._watches = watches
         self._found: Past | None = None
 
     def last_in(self, start: int, end: int) -> Past | None:
-        """The last place after `start` up to `end`."""
+        """The last place after `start` up to `end`, and before now."""
         self._found = None
         course = self._history.course_to(start)
+        program = course.rig.modules[self._module].program
         view = View.of(course.rig.modules[self._module], course.rig.worlds[self._module])
         control, watched = Control(view.read, _say_nothing), Watches(view)
-        control.set_breakpoints(
-            [replace(b, hits=0, message=None) for b in self._breakpoints if not b.message]
-        )
-        watched.set([replace(w, hits=0) for w in self._watches])
-        addresses = None if watched else control.addresses
-        for moment in moments(course, end, addresses, self._module):
-            if moment.clock >= self._history.rig.now:
-                break
-            self._look(watched.look(moment.address), moment.clock)
-            self._look(control.look(moment.address, moment.depth), moment.clock)
+        breaks = Breaks(course.rig.modules[self._module], course.rig.worlds[self._module], view.read)
+        control.set_breakpoints([replace(b, hits=0) for b in self._sought.breakpoints if not b.message])
+        watched.set([replace(w, hits=0) for w in self._sought.watches])
+        breaks.set(self._sought.breaks)
+        addresses = None if watched or breaks.each_command else control.addresses
+        program.hook(_let_pass, addresses)
+        try:
+            self._run(course, end, control, watched, breaks)
+        finally:
+            program.unhook(_let_pass)
+            breaks.close()
         return self._found
 
-    def _look(self, stop: Stop | None, clock: int) -> None:
-        if stop is not None:
+    def _run(self, course: Course, end: int, control: Control, watched: Watches, breaks: Breaks) -> None:
+        program = course.rig.modules[self._module].program
+        while (when := min(course.next_event(), watched.next_event())) <= end:
+            if comes(program, when) and control.concerns(program.upcoming):
+                course.advance(max(course.rig.now, when - 1))
+                self._note(control.look(program.counter, len(program.stack)), course.rig.now)
+            course.advance(when)
+            self._note(breaks.look(program.counter), when)
+            self._note(watched.look(program.counter), when)
+
+    def _note(self, stop: Stop | None, clock: int) -> None:
+        if stop is not None and clock < self._history.rig.now:
             self._found = Past(clock, stop)
 
 

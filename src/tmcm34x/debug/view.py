@@ -23,7 +23,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final, NamedTuple, cast
 
 from tmcm34x.board.board import ANALOG_MAX, INPUTS
-from tmcm34x.clock import MS
+from tmcm34x.clock import MS, NEVER
 from tmcm34x.debug.expressions import (
     ExpressionError,
     Reference,
@@ -122,6 +122,16 @@ class View:
             if value is not None:
                 return value
         raise ExpressionError(f"no value named {name}")
+
+    def reaches(self, motor: int, position: int) -> int:
+        """The clock at which a motor comes to a position, as it moves now.
+
+        `NEVER` where it does not before its next event, and on a module whose motion chip is not here.
+        """
+        if self._module is None or not 0 <= motor < MOTORS:
+            return NEVER
+        chip, smda = self._module.board.wiring(motor)
+        return self._module.board.chips[chip].reaches(smda, position)
 
     def evaluate(self, text: str) -> int:
         """The value of an expression; raises `ExpressionError`."""

@@ -3,8 +3,8 @@
     gp[3]                                 any change of user variable 3
     ap[actual_position][0] passes 20000   motor 0 reaches or crosses 20,000, in either direction
 
-A value is compared after each command of the program and at each event of the bench.  What acts when it is read
-cannot be watched.
+A value is compared after each command of the program and at each event of the bench; an actual position also at the
+clock at which the motor comes to the limit (`crossings`).  What acts when it is read cannot be watched.
 """
 
 from __future__ import annotations
@@ -14,8 +14,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from tmcm34x.clock import NEVER
 from tmcm34x.debug.control import Stop, always, compile_hits
-from tmcm34x.debug.expressions import Expression, ExpressionError, compile_expression
+from tmcm34x.debug.crossings import next_crossing, position_comparisons
+from tmcm34x.debug.expressions import Comparison, Expression, ExpressionError, compile_expression
 
 if TYPE_CHECKING:
     from tmcm34x.debug.view import View
@@ -30,6 +32,7 @@ class Watch:
     text: as it was asked for; watched: the expression in it; value, limit: what is watched, and what it must pass
     (None for any change)
     condition: hold only when it is not 0
+    compared: the actual positions in it, and what they are compared with
     """
 
     number: int
@@ -37,6 +40,7 @@ class Watch:
     watched: str
     value: Expression
     limit: Expression | None = None
+    compared: tuple[Comparison, ...] = ()
     condition: Expression | None = None
     enough: Callable[[int], bool] = always
     hits: int = field(default=0, compare=False)
@@ -48,12 +52,15 @@ class Watch:
         text = text.strip()
         match = _PASSES.match(text)
         watched = match["value"] if match else text
+        limit = compile_expression(match["limit"]) if match else None
+        compare = f"{watched} > ({match['limit']})" if match else watched
         return cls(
             number,
             text,
             watched,
             compile_expression(watched),
-            compile_expression(match["limit"]) if match else None,
+            limit,
+            tuple(position_comparisons(compare)),
             compile_expression(condition) if condition.strip() else None,
             compile_hits(hits) if hits.strip() else always,
         )
@@ -83,6 +90,10 @@ class Watches:
         """Compare with the present values from here on: the program was moved, not run."""
         for watch in self._watches:
             watch.last = self._value(watch.value)
+
+    def next_event(self) -> int:
+        """The next clock at which a motor comes to a position that it is compared with, or `NEVER`."""
+        return min((next_crossing(self._view, watch.compared) for watch in self._watches), default=NEVER)
 
     def look(self, address: int) -> Stop | None:
         """Compare all values with those of the last look; a stop where one of them has changed enough.

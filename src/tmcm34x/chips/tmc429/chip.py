@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from tmcm34x.chips.ramp import TURN, v_actual
+from tmcm34x.chips.ramp import LAST, TURN, v_actual
 from tmcm34x.chips.registers import BY_INDEX, COMMON, DATA, MOTOR, RAM, READ
 from tmcm34x.chips.tmc429 import bus, chain, interrupts, switches
 from tmcm34x.chips.tmc429.chain import Coils
@@ -247,6 +247,19 @@ class Tmc429(Core):
             law * unit_hz * (HZ / (32 << axis.ramp_div)),
             axis.ramp_div,
         )
+
+    def reaches(self, motor: int, position: int) -> int:
+        """The clock at which X_ACTUAL comes to `position`, as the registers and inputs are now.
+
+        NEVER where it does not before the next change of the motor that something could wait for.
+        """
+        if self.asleep != NEVER:
+            return NEVER
+        axis, tick = self.axes[motor], self.tick()
+        mark = axis.next_mark(tick, [position], [position])
+        if mark == LAST or axis.at(mark).x != position or axis.at(mark - 1).x == position:
+            return NEVER
+        return self.origin + (mark << 5)
 
     def steps(self, motor: int, start: int, end: int) -> Iterator[tuple[int, int]]:
         """Clock and direction (1 or -1) of each microstep after clock `start` (>= now) up to `end`.

@@ -15,10 +15,11 @@ from typing import Any, Final, cast
 
 import msgspec
 
+from tmcm34x.debug.breaks import BREAKS
 from tmcm34x.debug.control import Stop
 from tmcm34x.debug.dap import breakpoints, data_breakpoints, inspection, run_control
 from tmcm34x.debug.dap import messages as m
-from tmcm34x.debug.dap.breakpoints import REFUSED, Breakpoints
+from tmcm34x.debug.dap.breakpoints import Breakpoints
 from tmcm34x.debug.dap.data_breakpoints import DataBreakpoints
 from tmcm34x.debug.dap.debuggee import Debuggee, Request
 from tmcm34x.debug.dap.inspection import Inspector
@@ -38,7 +39,7 @@ _REASONS: Final = {
     "data breakpoint": "Held after a change",
     "step": "Held after a step",
     "pause": "Paused",
-    "exception": "A command was refused",
+    "exception": "Held by a break",
     "goto": "Brought back",
     "end": "The program has stopped",
 }
@@ -54,15 +55,18 @@ CAPABILITIES: Final = {
         "supportsLogPoints", "supportsFunctionBreakpoints", "supportsInstructionBreakpoints",
         "supportsDataBreakpoints", "supportsSetVariable", "supportsSetExpression", "supportsEvaluateForHovers",
         "supportsRestartRequest", "supportsStepBack", "supportsRestartFrame", "supportsTerminateRequest",
-        "supportTerminateDebuggee",
+        "supportTerminateDebuggee", "supportsExceptionFilterOptions",
         "supportsBreakpointLocationsRequest", "supportsExceptionInfoRequest", "supportsGotoTargetsRequest",
         "supportsDisassembleRequest", "supportsLoadedSourcesRequest", "supportsValueFormattingOptions",
         "supportsCompletionsRequest", "supportsDelayedStackTraceLoading",
     ), True),
-    "exceptionBreakpointFilters": [{
-        "filter": REFUSED, "label": "Commands the module refuses", "default": True,
-        "description": "Stop after a command that was answered with an error status, and at an end without STOP",
-    }],
+    "exceptionBreakpointFilters": [
+        {
+            "filter": row.key, "label": row.label, "default": row.default, "description": row.meaning,
+            "supportsCondition": True, "conditionDescription": "an expression, such as gp[1] > 3",
+        }
+        for row in BREAKS.values()
+    ],
 }  # fmt: skip
 
 
@@ -186,7 +190,8 @@ class Adapter:
     def held(self, stop: Stop) -> None:
         """The program is held."""
         reason = "pause" if stop.reason == "end" else stop.reason
-        body: dict[str, Any] = {"reason": reason, "description": _REASONS[stop.reason], "threadId": THREAD}
+        description = BREAKS[stop.exception].label if stop.exception else _REASONS[stop.reason]
+        body: dict[str, Any] = {"reason": reason, "description": description, "threadId": THREAD}
         body["allThreadsStopped"] = True
         if stop.text:
             body["text"] = stop.text

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
+from tmcm34x.debug.breaks import BREAKS
 from tmcm34x.debug.control import Breakpoint
 from tmcm34x.debug.dap import messages as m
 from tmcm34x.debug.dap.debuggee import Debuggee, Request, parse_address
 from tmcm34x.debug.dap.messages import RequestError
-from tmcm34x.debug.expressions import ExpressionError
-
-REFUSED: Final = "refused"
-"""The one filter of exceptions: commands that the module refuses."""
+from tmcm34x.debug.expressions import Expression, ExpressionError, compile_expression
 
 _LABELS: Final = "<labels>"
 _ADDRESSES: Final = "<addresses>"
@@ -29,7 +27,7 @@ class Breakpoints:
     def __init__(self, debuggee: Debuggee) -> None:
         self.ignored = False
         """Run without holding anywhere."""
-        self.stop_on_errors = True
+        self._breaks: dict[str, Expression | None] = {row.key: None for row in BREAKS.values() if row.default}
         self._debuggee = debuggee
         self._numbers = 0
         self._wanted: dict[str, list[m.SourceBreakpoint]] = {}
@@ -52,10 +50,22 @@ class Breakpoints:
         return self._set(_ADDRESSES, arguments.breakpoints)
 
     def on_set_exception_breakpoints(self, arguments: m.SetExceptionBreakpoints) -> dict[str, Any]:
-        """Whether to stop at refused commands."""
-        self.stop_on_errors = REFUSED in arguments.filters
+        """Which breaks are in force; the answers come in the order in which they were asked for."""
+        self._breaks = {}
+        asked = [*map(m.FilterOption, arguments.filters), *arguments.filter_options]
+        answers = [self._choose(option) for option in asked]
         self.arm()
-        return {"breakpoints": [{"verified": True} for _ in arguments.filters]}
+        return {"breakpoints": answers}
+
+    def _choose(self, option: m.FilterOption) -> dict[str, Any]:
+        try:
+            if option.filter_id not in BREAKS:
+                raise RequestError(f"no break {option.filter_id!r}; there are {', '.join(BREAKS)}")
+            condition = (option.condition or "").strip()
+            self._breaks[option.filter_id] = compile_expression(condition) if condition else None
+        except (RequestError, ExpressionError) as error:
+            return {"verified": False, "message": str(error)}
+        return {"verified": True}
 
     def on_breakpoint_locations(self, arguments: m.Lines) -> dict[str, Any]:
         """Lines with commands."""
@@ -65,10 +75,10 @@ class Breakpoints:
         return {"breakpoints": [{"line": line} for line in lines if arguments.line <= line <= last]}
 
     def arm(self) -> None:
-        """Tell the program whether to stop at refused commands."""
+        """Have the program held by the breaks in force."""
         target = self._debuggee.target
         if target is not None:
-            target.stop_on_errors = self.stop_on_errors and not self.ignored
+            target.set_breaks({} if self.ignored else self._breaks)
 
     def place_again(self) -> None:
         """The program is another one, or another text: tell the editor where its breakpoints are now."""

@@ -8,7 +8,6 @@ from typing import Any, Final
 
 from tmcm34x.clock import MS
 from tmcm34x.debug.dap import messages as m
-from tmcm34x.debug.dap.breakpoints import REFUSED
 from tmcm34x.debug.dap.debuggee import Debuggee, Request, parse_address
 from tmcm34x.debug.dap.messages import RequestError
 from tmcm34x.debug.expressions import ExpressionError, split_assignment
@@ -126,11 +125,11 @@ class Inspector:
         return {"value": str(assigned), "variablesReference": 0}
 
     def on_exception_info(self, _: m.Arguments) -> dict[str, Any]:
-        """What was refused."""
+        """What held the program, where a break did."""
         stop = self._debuggee.running_or_held.stop
         if stop is None or stop.reason != "exception":
-            raise RequestError("no command was refused")
-        return {"exceptionId": REFUSED, "description": stop.text, "breakMode": "always"}
+            raise RequestError("the program is not held by a break")
+        return {"exceptionId": stop.exception, "description": stop.text, "breakMode": "always"}
 
     # Expressions and the console
 

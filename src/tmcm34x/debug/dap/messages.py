@@ -124,10 +124,18 @@ class SetDataBreakpoints(Arguments):
     breakpoints: list[DataBreakpoint]
 
 
+class FilterOption(Arguments):
+    """A break by its key, perhaps with a condition."""
+
+    filter_id: Text
+    condition: Text | None = None
+
+
 class SetExceptionBreakpoints(Arguments):
-    """Which refusals to stop at."""
+    """Which breaks are in force."""
 
     filters: list[Text] = []
+    filter_options: list[FilterOption] = []
 
 
 class Lines(Arguments):

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 from tmcm34x.debug.control import Breakpoint, Stop
 
 if TYPE_CHECKING:
+    from tmcm34x.debug.breaks import Wanted
     from tmcm34x.debug.reverse import Write
     from tmcm34x.debug.view import View
     from tmcm34x.debug.watches import Watch
@@ -57,8 +58,6 @@ class Session(Protocol):
 
     text: Text | None
     view: View
-    stop_on_errors: bool
-    """Hold after a command that the module refuses."""
 
     @property
     def model(self) -> int:
@@ -147,6 +146,10 @@ class Session(Protocol):
 
     def set_watches(self, watches: Iterable[Watch]) -> None:
         """Hold when one of these values changes, instead of the present ones."""
+        ...
+
+    def set_breaks(self, wanted: Wanted) -> None:
+        """Hold when one of these happens, instead of the present ones."""
         ...
 
     def loaded(self, program: Sequence[Instruction]) -> None:

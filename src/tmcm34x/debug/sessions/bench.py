@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 from tmcm34x.chips.ramp import VELOCITY
 from tmcm34x.clock import MS, NEVER, Timed
+from tmcm34x.debug.breaks import Wanted, error_text
 from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.history import History, HistoryError
-from tmcm34x.debug.reverse import Write, last_write, previous_command, previous_stop
+from tmcm34x.debug.reverse import Sought, Write, last_write, previous_command, previous_stop
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Listener, Text
-from tmcm34x.debug.sessions.local import LocalSession, error_text
+from tmcm34x.debug.sessions.local import LocalSession
 from tmcm34x.debug.watches import Watch
 from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, Axis
 
@@ -104,7 +105,7 @@ class BenchSession(LocalSession):
     def start(self, address: int = 0, *, hold: bool = True) -> None:
         """Start the program, and by default hold it before its first command."""
         self.program.run(address)
-        self._error = None
+        self.breaks.look_again()
         self._begin_history()
         if hold:
             self.control.step(None, "entry")
@@ -166,6 +167,7 @@ class BenchSession(LocalSession):
     def close(self) -> None:
         """End the run control; the bench stays as it is."""
         self.set_breakpoints([])
+        self.breaks.close()
         self.running = False
 
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
@@ -176,6 +178,11 @@ class BenchSession(LocalSession):
     def set_watches(self, watches: Iterable[Watch]) -> None:
         """Hold when one of these values changes, instead of the present ones."""
         self.watches.set(watches)
+        self._attach()
+
+    def set_breaks(self, wanted: Wanted) -> None:
+        """Hold when one of these happens, instead of the present ones."""
+        self.breaks.set(wanted)
         self._attach()
 
     # Going on
@@ -234,12 +241,14 @@ class BenchSession(LocalSession):
 
     def reverse_continue(self) -> None:
         """Go back to where a breakpoint or data breakpoint would have held last, or to the beginning."""
-        found = previous_stop(self._known_history(), self.control.breakpoints, self.watches.all, self._number)
+        sought = Sought(self.control.breakpoints, self.watches.all, self.breaks.wanted)
+        found = previous_stop(self._known_history(), sought, self._number)
         if found is None:
             self._return_to_beginning()
             return
         self._return_to(found.clock, found.stop)
-        self._passed = self.rig.next_event()
+        if found.stop.reason == "breakpoint":
+            self._passed = self.rig.next_event()
 
     def who_wrote(self, text: str) -> Write | None:
         """What wrote a value last; raises `ExpressionError` where `text` names nothing."""
@@ -263,7 +272,7 @@ class BenchSession(LocalSession):
         self._known_history().return_to(clock)
         self.over = False
         self._passed = NEVER
-        self._error = self.program.last_error
+        self.breaks.look_again()
         self.watches.look_again()
         self.control.clear_step()
         self._hold(stop._replace(address=self.program.counter))
@@ -313,7 +322,7 @@ class BenchSession(LocalSession):
         """
         rig = self.rig
         while self.running and not self._ends():
-            when = self._time.next_event()
+            when = min(self._time.next_event(), self.watches.next_event())
             if when > until or when >= NEVER:
                 if rig.now < until < NEVER:
                     self._time.advance(until)
@@ -343,8 +352,8 @@ class BenchSession(LocalSession):
         return True
 
     def _look_back(self) -> None:
-        stop = self._refused() or self.watches.look(self.program.counter)
-        if stop is not None:
+        broken, changed = self.breaks.look(self.program.counter), self.watches.look(self.program.counter)
+        if (stop := broken or changed) is not None:
             self.control.clear_step()
             self._hold(stop)
 
@@ -367,10 +376,11 @@ class BenchSession(LocalSession):
 
     def _attach(self) -> None:
         """Have the program pause before the commands that matter; this session asks `control` by itself."""
-        if self.control.idle and not self.watches:
+        each = bool(self.watches) or self.breaks.each_command
+        if self.control.idle and not each:
             self.program.unhook(_let_pass)
         else:
-            self.program.hook(_let_pass, None if self.watches else self.control.addresses)
+            self.program.hook(_let_pass, None if each else self.control.addresses)
 
 
 def _let_pass(_: int) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Final
 
+from tmcm34x.debug.breaks import Wanted
 from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.sessions.base import Listener, Text
@@ -76,6 +77,7 @@ class LiveSession(OneWay, LocalSession):
     def close(self) -> None:
         """End the run control; the program goes on."""
         self.set_breakpoints([])
+        self.breaks.close()
         self.program.unhook(self._before)
         if self._holds_after in self.program.on_refusal:
             self.program.on_refusal.remove(self._holds_after)
@@ -88,6 +90,11 @@ class LiveSession(OneWay, LocalSession):
     def set_watches(self, watches: Iterable[Watch]) -> None:
         """Hold when one of these values has changed before a command of the program."""
         self.watches.set(watches)
+        self._attach()
+
+    def set_breaks(self, wanted: Wanted) -> None:
+        """Hold when one of these has happened before a command of the program, or at the next look."""
+        self.breaks.set(wanted)
         self._attach()
 
     def resume(self) -> None:
@@ -130,7 +137,7 @@ class LiveSession(OneWay, LocalSession):
         if self._controls != self.program.controls:
             self._controls = self.program.controls
             self._let_go()
-        stop = self._refused()
+        stop = self.breaks.look(self.program.counter)
         if stop is not None:
             self.program.stop()
             self._hold(stop)
@@ -140,7 +147,7 @@ class LiveSession(OneWay, LocalSession):
 
     def _holds_after(self) -> bool:
         """Whether to hold after the command that was just refused."""
-        stop = self._refused()
+        stop = self.breaks.look(self.program.counter)
         if stop is not None:
             self._hold(stop)
         return stop is not None
@@ -157,7 +164,7 @@ class LiveSession(OneWay, LocalSession):
         self.resume()
 
     def _before(self, address: int) -> bool:
-        stop = self.watches.look(address)
+        stop = self.breaks.look(address) or self.watches.look(address)
         if stop is None and self.control.concerns(address):
             stop = self.control.look(address, len(self.program.stack))
         if stop is None:
@@ -175,7 +182,8 @@ class LiveSession(OneWay, LocalSession):
 
     def _attach(self) -> None:
         """Have the program ask before the commands that matter."""
-        if self.control.idle and not self.watches:
+        each = bool(self.watches) or self.breaks.besides_refusals
+        if self.control.idle and not each:
             self.program.unhook(self._before)
         else:
-            self.program.hook(self._before, None if self.watches else self.control.addresses)
+            self.program.hook(self._before, None if each else self.control.addresses)

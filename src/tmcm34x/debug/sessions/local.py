@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
+from tmcm34x.debug.breaks import Breaks
 from tmcm34x.debug.control import Control, Stop
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.sessions.base import Frame, Listener, Text
 from tmcm34x.debug.view import View
 from tmcm34x.debug.watches import Watches
-from tmcm34x.firmware.program import ProgramError
 from tmcm34x.tmcl.commands import BY_MNEMONIC, PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
-from tmcm34x.tmcl.mnemonic import format_instruction
-from tmcm34x.tmcl.status import STATUS_TEXTS
 
 if TYPE_CHECKING:
     from tmcm34x.bench import World
@@ -39,10 +37,8 @@ class LocalSession:
             self.view.symbols = text.assembly.symbols
         self.control = Control(self.view.read, listener.said)
         self.watches = Watches(self.view)
+        self.breaks = Breaks(module, world, self.view.read)
         self._stop: Stop | None = None
-        self.stop_on_errors = False
-        """Hold after a command that the module refuses."""
-        self._error: ProgramError | None = self.program.last_error
 
     @property
     def model(self) -> int:
@@ -107,21 +103,3 @@ class LocalSession:
         if instruction.number != _CSUB:
             return self.text.routine(caller) if self.text else ""
         return self.text.label(instruction.value) if self.text else f"address {instruction.value}"
-
-    def _refused(self) -> Stop | None:
-        """A stop for a command that was refused since the last look."""
-        error = self.program.last_error
-        if error is self._error:
-            return None
-        self._error = error
-        if error is None or not self.stop_on_errors:
-            return None
-        return Stop("exception", error.address, error_text(self.module, error))
-
-
-def error_text(module: Module, error: ProgramError) -> str:
-    """What went wrong in a program, in one line."""
-    stored = module.program.memory.read(error.address)
-    if not isinstance(stored, Instruction) or stored.number == 0:
-        return "the program ran past its end; is a STOP missing?"
-    return f"{format_instruction(stored)}: {STATUS_TEXTS[error.status]} (status {error.status:d})"

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Final
 
+from tmcm34x.debug.breaks import Wanted
 from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Frame, Listener, Text
@@ -53,7 +54,6 @@ class RemoteSession(OneWay):
         self._memory: Sequence[Instruction] = ()
         self.view = View(self.execute, self.execute)
         self.stop: Stop | None = None
-        self.stop_on_errors = False
         self.running = False
         self._counter = 0
         self._depth = 0
@@ -98,6 +98,9 @@ class RemoteSession(OneWay):
 
     def set_watches(self, watches: Iterable[Watch]) -> None:
         """The firmware has none: see `unwatchable`."""
+
+    def set_breaks(self, wanted: Wanted) -> None:
+        """The firmware says nothing by itself: there are none."""
 
     def begin(self, *, hold: bool) -> None:
         """Take the program as it is; stop it if asked for."""
