@@ -55,6 +55,14 @@ def test_run_program_tells_what_was_refused(tmp_path):
         tmcm34x.run_program("STOP\n", bench="gone.toml")
 
 
+def test_run_program_reads_sources_as_the_tool_chain_does(tmp_path):
+    path = tmp_path / "program.tmc"
+    path.write_bytes("// 5 °\n#include <SPEED.TMC>\n SAP 4, 0, Speed\n STOP\n".encode("utf-16"))
+    (tmp_path / "speed.tmc").write_bytes("Speed = 321 // 5 °\n".encode("cp1252"))
+    run = tmcm34x.run_program(path)
+    assert run.rig.modules[0].execute(tmcm34x.parse_instruction("GAP 4, 0")) == (100, 321)
+
+
 # README
 
 

@@ -9,9 +9,9 @@ import resource
 import pytest
 
 from tmcm34x.cli.dap import SERVICES
-from tmcm34x.cli.source_files import DiskFiles
 from tmcm34x.debug.dap import Adapter
 from tmcm34x.debug.dap.messages import LARGEST, Framing, FramingError, frame
+from tmcm34x.editor.disk import DiskFiles
 from tmcm34x.editor.sessions import serve_messages, serve_tcp
 
 URI = "file:///project/x.tmc"

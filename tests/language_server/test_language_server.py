@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tmcm34x.cli.source_files import DiskFiles
+from tmcm34x.editor.disk import DiskFiles
 from tmcm34x.editor.language_server import name_of, uri_of
 from tmcm34x.editor.sessions import serve_messages
 

@@ -11,8 +11,8 @@ import msgspec
 import pytest
 
 from tmcm34x.board.models import MODELS
-from tmcm34x.cli.source_files import DiskFiles
 from tmcm34x.debug.dap.messages import Attach, Launch
+from tmcm34x.editor.disk import DiskFiles
 from tmcm34x.editor.language_server import TmclServer
 from tmcm34x.tmcl.commands import COMMANDS
 from tmcm34x.toolchain.assembler import assemble

@@ -10,7 +10,8 @@ from pathlib import Path
 import click
 
 from tmcm34x.cli import CliError, spare_the_collector
-from tmcm34x.cli.source_files import DiskFiles, include_option, model_option
+from tmcm34x.cli.source_files import include_option, model_option
+from tmcm34x.editor.disk import DiskFiles
 
 
 @click.command()

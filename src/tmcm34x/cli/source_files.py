@@ -1,7 +1,4 @@
-"""Reading TMCL sources and images for commands, and telling what is wrong with them.
-
-The tool chain itself opens no files; what it needs to read comes through `include_reader`.
-"""
+"""Reading TMCL sources and images for commands, and printing what is wrong with them."""
 
 from __future__ import annotations
 
@@ -12,21 +9,20 @@ from typing import Final
 
 import click
 
-from tmcm34x import files
 from tmcm34x.cli import CliError
+from tmcm34x.editor import disk
+from tmcm34x.editor.disk import SOURCE_LIMIT, DiskFiles, include_reader, short_name
 from tmcm34x.tmcl.datagram import Instruction
-from tmcm34x.toolchain.assembler import Assembly, IncludeReader, assemble
+from tmcm34x.toolchain.assembler import Assembly, assemble
 from tmcm34x.toolchain.diagnostics import Diagnostic, render_all
 from tmcm34x.toolchain.encoding import Encoding, EncodingError, decode
 from tmcm34x.toolchain.image import ImageError, unpack_binary, unpack_hex
-from tmcm34x.toolchain.includes import MOST_NEIGHBOURS, SOURCES, fitting, programs_with
+from tmcm34x.toolchain.includes import MOST_NEIGHBOURS, SOURCES, programs_with
 
 PROGRAM_SUFFIXES: Final = frozenset({".tmc", ".tmcl"})
 """Files that stand for themselves in a folder."""
 HEX_SUFFIXES: Final = frozenset({".hex", ".ihx", ".ihex"})
 MODELS: Final = ("341", "342", "343")
-_SOURCE_LIMIT: Final = 16 * 1024 * 1024
-"""Bytes of the largest file that is taken for a source or an image."""
 
 include_option = click.option(
     "-I", "--include", "include_path", multiple=True, metavar="DIR",
@@ -78,11 +74,9 @@ def is_standard_input(path: Path) -> bool:
 def read_bytes(path: Path) -> bytes:
     """The contents of a file, or of standard input for `-`; a `CliError` with one line where there are none."""
     if is_standard_input(path):
-        return sys.stdin.buffer.read(_SOURCE_LIMIT)
+        return sys.stdin.buffer.read(SOURCE_LIMIT)
     try:
-        if path.stat().st_size > _SOURCE_LIMIT:
-            raise CliError(f"{path}: larger than {_SOURCE_LIMIT >> 20} MB")
-        return files.read_bytes(path)
+        return disk.read_bytes(path)
     except (OSError, ValueError) as error:
         raise CliError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
 
@@ -103,14 +97,6 @@ def read_source(path: Path) -> tuple[str, Encoding]:
         raise CliError(f"{path}: {error}") from None
 
 
-def read_text(name: str) -> str:
-    """The text of an included file; an `OSError` or `ValueError` where there is none, for the tool chain to report."""
-    path = Path(name)
-    if path.stat().st_size > _SOURCE_LIMIT:
-        raise OSError(0, f"larger than {_SOURCE_LIMIT >> 20} MB")
-    return decode(path.read_bytes())[0]
-
-
 def read_image(path: Path) -> tuple[Instruction, ...]:
     """The program in a binary image, or in an Intel HEX file by its suffix."""
     data = read_bytes(path)
@@ -123,46 +109,6 @@ def read_image(path: Path) -> tuple[Instruction, ...]:
 def is_hex(path: Path) -> bool:
     """Whether the name says Intel HEX."""
     return path.suffix.lower() in HEX_SUFFIXES
-
-
-def include_reader(include_path: Sequence[Path] = ()) -> IncludeReader:
-    """Finds `#include` files beside the including file and then along `include_path`."""
-
-    def read(name: str, from_file: str) -> tuple[str, str]:
-        name = name.replace("\\", "/")
-        for folder in (Path(from_file).parent, *include_path):
-            path = _present(folder / name)
-            if path is not None:
-                return _short(path), read_text(str(path))
-        raise FileNotFoundError(2, "no such file here or on the include path")
-
-    return read
-
-
-def _present(path: Path) -> Path | None:
-    """A file of this name, or the only one whose name is so without regard to case."""
-    if path.is_file():
-        return path
-    try:
-        name = fitting(path.name, DiskFiles().names(str(path.parent)))
-    except ValueError:
-        return None
-    return None if name is None else path.parent / name
-
-
-class DiskFiles:
-    """The files on disk, for the language server."""
-
-    def read(self, name: str) -> str:
-        """The text of a source; an `OSError` or `ValueError` where there is none."""
-        return read_text(name)
-
-    def names(self, folder: str) -> Sequence[str]:
-        """The names of the files in a folder; none where it cannot be read."""
-        try:
-            return sorted(path.name for path in Path(folder).iterdir() if path.is_file())
-        except OSError:
-            return ()
 
 
 def program_of(path: Path) -> Path:
@@ -182,7 +128,11 @@ def assemble_file(
 ) -> Assembly:
     """The assembly of a source file, its mistakes included; those are not printed."""
     return assemble(
-        read_source(path)[0], _short(path), include_reader(include_path), append_stop=append_stop, model=model
+        read_source(path)[0],
+        _short(path),
+        include_reader(include_path),
+        append_stop=append_stop,
+        model=model,
     )
 
 
@@ -208,6 +158,4 @@ def _short(path: Path) -> str:
     """The name by which a file is known, the same for each way to it."""
     if is_standard_input(path):
         return "standard input"
-    resolved = path.resolve()
-    here = Path.cwd()
-    return str(resolved.relative_to(here) if resolved.is_relative_to(here) else resolved)
+    return short_name(path)

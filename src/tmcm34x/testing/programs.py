@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tmcm34x.bench.run import Run
 from tmcm34x.clock import clocks
+from tmcm34x.editor import disk
 from tmcm34x.testing.rigs import make_rig
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import Assembly, assemble
@@ -23,12 +24,7 @@ def assemble_source(source: str | Path) -> tuple[Instruction, ...]:
 def _assemble(source: str | Path) -> Assembly:
     if isinstance(source, str):
         return assemble(source, "program")
-
-    def read(name: str, from_file: str) -> tuple[str, str]:
-        path = Path(from_file).parent / name
-        return str(path), path.read_text("utf-8")
-
-    return assemble(source.read_text("utf-8"), str(source), read)
+    return assemble(disk.read_text(source), str(source), disk.include_reader())
 
 
 def run_program(
