@@ -208,18 +208,40 @@ def test_a_condition_without_a_value_holds_and_says_why():
     session.start()
     go(session)
     assert notes.stops[-1].reason == "breakpoint"
-    assert notes.messages == [(3, "the condition has no value: division by zero")]
+    assert notes.stops[-1].text == "the condition has no value: division by zero"
 
 
 @pytest.mark.parametrize(
-    "texts", [{"condition": "1 +"}, {"hits": "often"}, {"message": "{"}, {"message": "{)}"}]
+    ("texts", "why"),
+    [
+        ({"condition": "1 +"}, "a value is missing at the end"),
+        ({"hits": "often"}, "a hit condition is a number"),
+        ({"message": "{)}"}, "a value is missing"),
+    ],
 )
-def test_what_cannot_be_understood_is_no_breakpoint(texts):
-    if texts == {"message": "{"}:
-        assert Breakpoint.make(1, 0, **texts).message is not None
-        return
-    with pytest.raises(ExpressionError):
-        Breakpoint.make(1, 0, **texts)
+def test_a_breakpoint_that_cannot_be_read_holds_and_says_why(texts, why):
+    session, notes = bench()
+    session.set_breakpoints(breakpoints(3, **texts))
+    session.start()
+    go(session)
+    assert notes.stops[-1].reason == "breakpoint"
+    assert notes.stops[-1].text.startswith(f"the breakpoint cannot be read: {why}")
+    assert session.hits() == {0: 1}
+
+
+def test_a_brace_alone_is_a_message():
+    assert Breakpoint.make(1, 0, message="{").message is not None
+
+
+def test_hits_are_kept_while_other_breakpoints_come_and_go_and_forgotten_with_the_program():
+    session, _ = bench()
+    session.set_breakpoints(breakpoints(3))
+    session.start()
+    go(session)
+    session.set_breakpoints(breakpoints(3, 4))
+    assert session.hits() == {0: 1, 1: 0}
+    session.loaded(session.memory())
+    assert session.hits() == {0: 0, 1: 0}
 
 
 def test_a_pause_in_a_wait_goes_on_where_it_was():

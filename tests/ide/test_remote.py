@@ -112,15 +112,20 @@ Sub:    SGP 6, 2, 8
 """
 
 
+TURNS = """\
+Loop:   GGP 5, 2
+        CALC ADD, 1
+        AGP 5, 2
+        JA Loop
+"""
+
+
 def test_the_debugger_does_on_a_real_module_what_its_firmware_allows(tmp_path):
     (tmp_path / "a.tmc").write_text(STEPS)
 
     async def scenario(bench, ide, page):
         async with ide.debugger() as editor:
             await page.call(wire.Download("a.tmc"))
-            (placed,) = await editor.breakpoints("a.tmc", {"line": 3})
-            assert not placed["verified"]
-            assert "real module" in placed["message"]
             for request, counter in (("stepIn", 1), ("next", 2)):
                 await editor.do(request, threadId=1)
                 assert (await editor.event("stopped"))["reason"] == "step"
@@ -135,6 +140,54 @@ def test_the_debugger_does_on_a_real_module_what_its_firmware_allows(tmp_path):
             await page.until(lambda: page.state["program"]["state"] == 0)
             await page.call(wire.ControlProgram("run"))
             assert await editor.fail("stepIn", threadId=1) == "the program is running"
+
+    _go(tmp_path, scenario)
+
+
+def test_a_breakpoint_holds_the_program_of_a_real_module_which_runs_in_single_steps(tmp_path):
+    (tmp_path / "a.tmc").write_text(TURNS)
+
+    async def scenario(bench, ide, page):
+        async with ide.debugger() as editor:
+            await page.call(wire.Download("a.tmc"))
+            (placed,) = await editor.breakpoints("a.tmc", {"line": 3, "condition": "gp[5] == 2"})
+            assert placed["verified"]
+            assert "single steps" in placed["message"]
+            await page.call(wire.ControlProgram("run"))
+            assert (await editor.event("stopped"))["hitBreakpointIds"] == [placed["id"]]
+            await page.until(
+                lambda: page.state["program"]["paused"] and page.state["program"]["counter"] == 2
+            )
+            assert (await editor.do("evaluate", expression="gp[5]"))["result"] == "2"
+            while (await editor.event("tmcl_hits"))["hits"] != {str(placed["id"]): 1}:
+                pass  # those before it
+            (placed,) = await editor.breakpoints("a.tmc", {"line": 3, "condition": "accumulator > 0"})
+            await editor.do("continue", threadId=1)
+            stopped = await editor.event("stopped")
+            assert stopped["text"].startswith("the condition has no value")
+            await editor.breakpoints("a.tmc")
+            await editor.do("continue", threadId=1)
+            await page.until(lambda: page.state["program"]["state"] == 1)
+            assert not page.state["program"]["paused"]
+
+    _go(tmp_path, scenario)
+
+
+def test_stop_all_ends_a_program_that_goes_on_in_single_steps(tmp_path):
+    (tmp_path / "a.tmc").write_text(TURNS)
+
+    async def scenario(bench, ide, page):
+        async with ide.debugger() as editor:
+            await page.call(wire.Download("a.tmc"))
+            await editor.breakpoints("a.tmc", {"line": 3, "condition": "gp[5] == 30000"})
+            await page.call(wire.ControlProgram("run"))
+            await page.until(lambda: page.state["program"]["state"] == 2)
+            await page.call(wire.StopAll())
+            assert (await editor.event("stopped"))["reason"] == "pause"
+            await page.event(wire.Authority, lambda event: event.latched and not event.doubts)
+            before = bench.rig.modules[0].program.counter
+            assert await editor.fail("continue", threadId=1)
+            assert bench.rig.modules[0].program.counter == before
 
     _go(tmp_path, scenario)
 

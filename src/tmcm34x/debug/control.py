@@ -59,6 +59,7 @@ class Breakpoint:
     """A place to hold at, or to tell a message at.
 
     condition: hold only when it is not 0; message: tell it instead of holding
+    fault: what cannot be read in its texts: it holds each time, and says this
     Build one from texts with `make`.
     """
 
@@ -67,20 +68,22 @@ class Breakpoint:
     condition: Expression | None = None
     enough: Callable[[int], bool] = always
     message: Callable[[Read], str] | None = None
+    fault: str = ""
     hits: int = field(default=0, compare=False)
 
     @classmethod
     def make(
         cls, number: int, address: int, condition: str = "", hits: str = "", message: str = ""
     ) -> Breakpoint:
-        """A breakpoint from its text; raises `ExpressionError`."""
-        return cls(
-            number,
-            address,
-            compile_expression(condition) if condition.strip() else None,
-            compile_hits(hits) if hits.strip() else always,
-            compile_message(message) if message else None,
-        )
+        """A breakpoint from its text; one that cannot be read holds each time, with the reason in `fault`."""
+        made = cls(number, address)
+        try:
+            made.condition = compile_expression(condition) if condition.strip() else None
+            made.enough = compile_hits(hits) if hits.strip() else always
+            made.message = compile_message(message) if message else None
+        except ExpressionError as error:
+            made.fault = f"the breakpoint cannot be read: {error}"
+        return made
 
 
 class Control:
@@ -113,10 +116,21 @@ class Control:
         return None if self._reason is not None else frozenset(self._breakpoints)
 
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
-        """Take these instead of the present ones."""
+        """Take these instead of the present ones; those with a number from before keep their hits."""
+        hits = self.hits()
         self._breakpoints.clear()
         for breakpoint_ in breakpoints:
+            breakpoint_.hits = hits.get(breakpoint_.number, breakpoint_.hits)
             self._breakpoints.setdefault(breakpoint_.address, []).append(breakpoint_)
+
+    def hits(self) -> dict[int, int]:
+        """How often each breakpoint was met with its condition true, by its number."""
+        return {breakpoint_.number: breakpoint_.hits for breakpoint_ in self.breakpoints}
+
+    def forget_hits(self) -> None:
+        """Count from 0 again."""
+        for breakpoint_ in self.breakpoints:
+            breakpoint_.hits = 0
 
     def step(self, depth: int | None, reason: Reason = "step") -> None:
         """Hold before the next command with no more than `depth` CSUBs open; None: whatever is open."""
@@ -133,25 +147,31 @@ class Control:
     def look(self, address: int, depth: int) -> Stop | None:
         """Whether to hold before the command at `address`, with `depth` CSUBs open; counts hits, tells messages."""
         stop = None
-        met = [b for b in self._breakpoints.get(address, ()) if self._meets(b)]
+        met = {
+            b.number: why
+            for b in self._breakpoints.get(address, ())
+            if (why := self._why_hold(b)) is not None
+        }
         if met:
-            stop = Stop("breakpoint", address, "", tuple(b.number for b in met))
+            stop = Stop("breakpoint", address, "; ".join(filter(None, met.values())), tuple(met))
         elif self._reason is not None and (self._depth is None or depth <= self._depth):
             stop = Stop(self._reason, address)
         if stop is not None:
             self._reason = None
         return stop
 
-    def _meets(self, breakpoint_: Breakpoint) -> bool:
+    def _why_hold(self, breakpoint_: Breakpoint) -> str | None:
+        """None where a breakpoint does not hold now; else what is wrong with it, empty where nothing is."""
+        fault = breakpoint_.fault
         try:
             if breakpoint_.condition is not None and not breakpoint_.condition(self._read):
-                return False
+                return None
         except ExpressionError as error:
-            self._say(f"the condition has no value: {error}", breakpoint_.address)
+            fault = f"the condition has no value: {error}"
         breakpoint_.hits += 1
-        if not breakpoint_.enough(breakpoint_.hits):
-            return False
+        if fault or not breakpoint_.enough(breakpoint_.hits):
+            return fault or None
         if breakpoint_.message is not None:
             self._say(breakpoint_.message(self._read), breakpoint_.address)
-            return False
-        return True
+            return None
+        return ""

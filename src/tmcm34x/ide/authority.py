@@ -118,6 +118,11 @@ class Authority:
         if instruction.number == STOP_PROGRAM:
             self._program_started = False
 
+    @property
+    def free(self) -> bool:
+        """Whether motors may be set in motion."""
+        return self.armed and not self.latched
+
     def permit_line(self, line: str) -> None:
         """See whether a line of the ASCII interface may be sent.  Raises `wire.RefusalError`."""
         words = line.split()

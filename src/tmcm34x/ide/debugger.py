@@ -7,7 +7,8 @@ Three things differ, because there are many windows and one program:
   comes, is ready or goes.
 - Events go to all windows, a response to the window that asked.
 - What one window sets is sent to the others: `tmcl_breakpoints` (`source`, `breakpoints` as they were asked for,
-  `placed` as the adapter answered) and `tmcl_filters` (`filters`) are events of our own.
+  `placed` as the adapter answered) and `tmcl_filters` (`filters`) are events of our own.  `tmcl_hits` (`hits`, by the
+  number of the breakpoint) carries how often breakpoints were met.
 """
 
 from __future__ import annotations
@@ -19,12 +20,15 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn, cast
 
 from tmcm34x.debug.dap import Adapter, Services
 from tmcm34x.debug.dap.messages import RequestError
+from tmcm34x.debug.sessions.remote import RemoteSession
 from tmcm34x.host.exceptions import HostError
 from tmcm34x.ide import wire
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from tmcm34x.debug.sessions.base import Listener
+    from tmcm34x.debug.sessions.live import LiveSession
     from tmcm34x.ide.permission import Permit
     from tmcm34x.ide.target import Target, Tell
     from tmcm34x.toolchain.assembler import Assembly
@@ -80,12 +84,14 @@ class Debugger:
 
     folder: where the names of source files begin
     permit: called before each request of a window
+    free: whether motors may be set in motion, asked before each single step of a program that goes on in steps
     """
 
-    def __init__(self, target: Target, folder: Path, permit: Permit) -> None:
+    def __init__(self, target: Target, folder: Path, permit: Permit, free: Callable[[], bool]) -> None:
         self._target = target
         self._permit = permit
-        self._services = Services(_no_program, _no_pace, target.session, folder)
+        self._free = free
+        self._services = Services(_no_program, _no_pace, self._session, folder)
         self._windows: set[Window] = set()
         self._adapter: Adapter | None = None
         self._line = 0
@@ -100,6 +106,8 @@ class Debugger:
         self._resting = False
         self._messages = 0
         """Messages of log points since the last look."""
+        self._hits: dict[int, int] = {}
+        """Of breakpoints by their number, as windows have them."""
         self._loop: asyncio.AbstractEventLoop | None = None
         self._wake = asyncio.Event()
         self._tell: Tell = lambda event: None
@@ -112,11 +120,26 @@ class Debugger:
         while True:
             self._tell_of_more()
             pause_s = IDLE_S
-            if self._adapter is not None and not self._resting:
+            if self._adapter is not None and not self._resting and self._watched:
                 pause_s = min(IDLE_S, await self._target.debug(self._adapter.work, polling=True))
+                self._tell_of_hits()
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._wake.wait(), pause_s)
             self._wake.clear()
+
+    @property
+    def _watched(self) -> bool:
+        """Whether a window looks at a module that answers, or the program goes on under this session."""
+        target = None if self._adapter is None else self._adapter.target
+        looking = bool(self._windows) and self._target.link.up
+        return looking or (target is not None and target.running)
+
+    def _session(self, listener: Listener) -> LiveSession | RemoteSession:
+        """Run control that makes no step which authority does not permit."""
+        session = self._target.session(listener)
+        if isinstance(session, RemoteSession):
+            session.permitted = self._free
+        return session
 
     def rest(self, on: bool) -> None:
         """Leave the module alone: it would store what it is sent."""
@@ -158,6 +181,7 @@ class Debugger:
             window.take(_event("tmcl_filters", filters=self._filters))
             for marks in self._marks.values():
                 window.take(marks.event())
+            window.take(_event("tmcl_hits", hits=self._hits))
 
     def leave(self, window: Window) -> None:
         """A window is gone."""
@@ -208,6 +232,20 @@ class Debugger:
             adapter = self._adapter
             await self._target.debug(lambda: adapter.know(assembly))
 
+    async def start_in_steps(self) -> bool:
+        """Start the program from its beginning where breakpoints ask for single steps; whether they do."""
+        if not await self._needs_steps():
+            return False
+        await self._ask(_request("restart"))
+        self._wake.set()
+        return True
+
+    async def _needs_steps(self) -> bool:
+        if not any(marks.breakpoints for marks in self._marks.values()) or await self._attach():
+            return False
+        target = None if self._adapter is None else self._adapter.target
+        return target is not None and bool(target.steps_for_breakpoints and target.hits())
+
     async def release(self) -> None:
         """The program was stopped, reset or started by a command."""
         if self._adapter is not None:
@@ -219,8 +257,8 @@ class Debugger:
 
     def _emitted(self, message: Message) -> None:
         """Called in whatever thread the module is."""
-        assert self._loop is not None and self._adapter is not None
-        target = self._adapter.target
+        assert self._loop is not None
+        target = None if self._adapter is None else self._adapter.target
         stop = None if target is None else target.stop
         emission = _Emission(
             message, self._asker, self._request, self._target.now, stop and stop.address, self._attaching
@@ -255,6 +293,12 @@ class Debugger:
         more, self._messages = self._messages - MESSAGES, 0
         if more > 0:
             self._send(_event("output", category="console", output=f"... and {more} more messages\n", line=0))
+
+    def _tell_of_hits(self) -> None:
+        hits = {} if self._adapter is None else self._adapter.hits()
+        if hits != self._hits:
+            self._hits = hits
+            self._send(_event("tmcl_hits", hits=hits))
 
     def _mark(self, emission: _Emission) -> None:
         """What plots show, and what people wait for."""

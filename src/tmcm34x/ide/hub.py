@@ -47,7 +47,9 @@ class Hub:
         self.target = target
         self.telegrams = telegrams
         self.authority = Authority(target, self.tell, self._program_stopped)
-        self.debugger = Debugger(target, workspace.folder, permission(self.authority))
+        self.debugger = Debugger(
+            target, workspace.folder, permission(self.authority), lambda: self.authority.free
+        )
         self._executor = sequences.Executor(target, self.tell)
         self.pages: set[Page] = set()
         self.links: list[str] = []
@@ -266,6 +268,8 @@ class Hub:
     async def _control(self, action: str) -> None:
         if action == "run":
             self.authority.permit_program()
+            if await self.debugger.start_in_steps():
+                return
         for number in _CONTROL[action]:
             await self.loading.command(Instruction(number))
         await self.debugger.release()

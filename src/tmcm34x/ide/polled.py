@@ -31,6 +31,8 @@ _PROGRAM_SOURCES: Final = {"state": "state", "counter": "counter"}
 _REGISTERS: Final = ("depth", "accumulator", "x")
 """Rows of the program that no command reads."""
 _LINES: Final = {name: name for name in ("inputs", "outputs", "shutdown")}
+STEPPING: Final = 2
+"""State of a program that executes single commands, as parameter 128 has it."""
 FULLSTEPS: Final = 200
 """Of a turn, for the dials: the usual motor."""
 
@@ -48,6 +50,11 @@ def pack(values: Values, now: float, seen: float, *, connected: bool) -> State:
     put(state, "board", *lines, *levels)
     _put_quality(state, values, seen)
     return state
+
+
+def put_held(state: State, counter: int, *, held: bool) -> None:
+    """The program goes on in single steps, or is held: between two steps it stands, which is not what is shown."""
+    put(state, "program", 0 if held else STEPPING, held, 0, counter & 0xFFFF, 0, 0, 0)
 
 
 def _put_motor(state: State, values: Values, motor: int) -> None:

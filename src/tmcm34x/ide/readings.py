@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
+from tmcm34x.ide import wire
 from tmcm34x.ide.sampling import COUNTER, CURVES, OUTPUTS
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS
@@ -12,11 +13,13 @@ from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_BY_KEY
 
 _GAP: Final = BY_MNEMONIC["GAP"].number
 _GGP: Final = BY_MNEMONIC["GGP"].number
+_GCO: Final = BY_MNEMONIC["GCO"].number
 _GIO: Final = BY_MNEMONIC["GIO"].number
 _RFS: Final = BY_MNEMONIC["RFS"].number
 _RFS_STATUS: Final = 2
 _ALL_PORTS: Final = 255
 _SHUTDOWN_PORT: Final = 10
+_COORDINATE_BANK: Final = -2
 
 
 class Reading(NamedTuple):
@@ -58,6 +61,19 @@ SLOW: Final = (
 def column_of(reading: Reading) -> int | None:
     """The column of a value in the samples for plots, None where it has none."""
     return _OTHERS.get(reading.key) if reading.key in _OTHERS else _CURVES.get((reading.key, reading.motor))
+
+
+def command_of(item: wire.Watched) -> Instruction | None:
+    """The command that reads a watched value; None where there is no such value."""
+    if not (0 <= item.number <= 255 and 0 <= item.motor <= 255 and -2 <= item.bank <= 255):
+        return None
+    if item.bank == _COORDINATE_BANK:
+        return Instruction(_GCO, item.number, item.motor)
+    return (
+        Instruction(_GAP, item.number, item.motor)
+        if item.bank < 0
+        else Instruction(_GGP, item.number, item.bank)
+    )
 
 
 _OTHERS: Final = {"counter": COUNTER, "outputs": OUTPUTS}

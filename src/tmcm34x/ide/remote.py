@@ -25,8 +25,8 @@ from tmcm34x.host.exceptions import GarbledReplyError, LinkError, ReplyError
 from tmcm34x.host.steps import Follow
 from tmcm34x.ide import wire
 from tmcm34x.ide.exchange import ASCII_MODE, FACTORY_RESET, VERSION, answered, unanswered
-from tmcm34x.ide.polled import pack
-from tmcm34x.ide.readings import FAST, SLOW, Reading, column_of
+from tmcm34x.ide.polled import pack, put_held
+from tmcm34x.ide.readings import FAST, SLOW, Reading, column_of, command_of
 from tmcm34x.ide.sampling import Samples
 from tmcm34x.ide.state import State
 from tmcm34x.ide.terminal import Terminal, motors_of
@@ -47,16 +47,12 @@ LOOKED_AT_S: Final = 3.0
 """A page that asked for state less than this ago is looking."""
 PATIENCE: Final = 3
 """Commands in a row without an answer until the module counts as lost."""
-COORDINATE_BANK: Final = -2
 POLL: Final = "poll"
 
 _NEVER: Final = frozenset({
     Status.INVALID_COMMAND, Status.WRONG_TYPE, Status.INVALID_VALUE, Status.NOT_AVAILABLE,
 })  # fmt: skip
 """Answers that will be the same next time."""
-_GAP: Final = BY_MNEMONIC["GAP"].number
-_GGP: Final = BY_MNEMONIC["GGP"].number
-_GCO: Final = BY_MNEMONIC["GCO"].number
 _SGP: Final = BY_MNEMONIC["SGP"].number
 _ADDRESS: Final = GLOBAL_BY_KEY["serial_address"].number
 _BAUD: Final = GLOBAL_BY_KEY["baud_rate"].number
@@ -94,6 +90,7 @@ class Remote:
         self._watches: list[wire.Watched] = []
         self._watched: dict[Instruction, int | None] = {}
         self._terminal = Terminal()
+        self._session: RemoteSession | None = None
         self.samples = Samples()
         self._seen = 0.0
         """When the module last sent a value [clocks]."""
@@ -245,7 +242,7 @@ class Remote:
     def _lose(self) -> None:
         if self._connection is not None:
             self._connection.close()
-            self._connection = None
+            self._connection = self._session = None
 
     @property
     def now(self) -> float:
@@ -258,7 +255,8 @@ class Remote:
         """Run control of the module's program, as far as its firmware has it.  Raises `HostError`."""
         if self._connection is None:
             raise LinkError("the line is gone")
-        return RemoteSession(self._connection, listener)
+        self._session = RemoteSession(self._connection, listener)
+        return self._session
 
     async def debug(self, work: Callable[[], T], *, polling: bool = False) -> T:
         """Do something with the session in the thread that has the line."""
@@ -273,7 +271,7 @@ class Remote:
         """Values of parameters and coordinates."""
         values: list[int | None] = []
         for item in items:
-            command = _command(item)
+            command = command_of(item)
             if command is None or not self._up or self._hushed:
                 values.append(None)
                 continue
@@ -325,7 +323,7 @@ class Remote:
         for reading in FAST:
             await self._take(reading)
         for item in tuple(self._watches):
-            command = _command(item)
+            command = command_of(item)
             if command is not None and not self._hushed:
                 value = self._watched[command] = await self._value(command)
                 self.samples.add(self.now, {}, {item: value})
@@ -377,7 +375,7 @@ class Remote:
 
     def watched(self, items: Sequence[wire.Watched]) -> list[int | None]:
         """The values as last polled, None where the module refused or none was polled yet."""
-        commands = [_command(item) for item in items]
+        commands = [command_of(item) for item in items]
         return [None if command is None else self._watched.get(command) for command in commands]
 
     # State
@@ -385,16 +383,7 @@ class Remote:
     def state(self) -> State:
         """Everything as last polled."""
         self._looked_s = time.monotonic()
-        return pack(self._values, self.now, self._seen, connected=self._connection is not None)
-
-
-def _command(item: wire.Watched) -> Instruction | None:
-    if not (0 <= item.number <= 255 and 0 <= item.motor <= 255 and -2 <= item.bank <= 255):
-        return None
-    if item.bank == COORDINATE_BANK:
-        return Instruction(_GCO, item.number, item.motor)
-    return (
-        Instruction(_GAP, item.number, item.motor)
-        if item.bank < 0
-        else Instruction(_GGP, item.number, item.bank)
-    )
+        state = pack(self._values, self.now, self._seen, connected=self._connection is not None)
+        if self._session is not None and (self._session.in_steps or self._session.held_here):
+            put_held(state, self._session.counter, held=self._session.held_here)
+        return state

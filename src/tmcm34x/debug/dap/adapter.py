@@ -199,6 +199,8 @@ class Adapter:
             body["hitBreakpointIds"] = list(stop.breakpoints)
         self._inspector.forget()
         self._afterwards(lambda: self._event("stopped", **body))
+        if stop.text and stop.breakpoints:
+            self._afterwards(lambda: self._output(f"Held at a breakpoint: {stop.text}.", "stderr"))
 
     def ended(self) -> None:
         """The program has stopped, and nothing it has begun is still going on."""
@@ -317,6 +319,10 @@ class Adapter:
         if self.target is not None:
             self.target.controlled()
         self._inspector.forget()
+
+    def hits(self) -> dict[int, int]:
+        """How often each breakpoint was met, by the number that its answer had."""
+        return {} if self.target is None else self.target.hits()
 
     # Ending
 

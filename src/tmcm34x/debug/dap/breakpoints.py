@@ -108,17 +108,17 @@ class Breakpoints:
         self, key: str, number: int, wanted: m.SourceBreakpoint, made: list[Breakpoint]
     ) -> dict[str, Any]:
         try:
-            unbreakable = self._debuggee.running_or_held.unbreakable
-            if unbreakable:
-                raise RequestError(unbreakable)
             address = self._address(key, wanted)
-            texts = (wanted.condition or "", wanted.hit_condition or "", wanted.log_message or "")
-            made.append(Breakpoint.make(number, address, *texts))
-        except (RequestError, ExpressionError) as error:
+        except RequestError as error:
             answer: dict[str, Any] = {"id": number, "verified": False, "message": str(error)}
             return answer | ({"line": wanted.line} if wanted.line else {})
+        texts = (wanted.condition or "", wanted.hit_condition or "", wanted.log_message or "")
+        placed = Breakpoint.make(number, address, *texts)
+        made.append(placed)
+        message = placed.fault or self._debuggee.running_or_held.steps_for_breakpoints
+        told = {"message": message} if message else {}
         place = self._debuggee.sources.place(address)
-        return {"id": number, "verified": True, "instructionReference": hex(address), **place}
+        return {"id": number, "verified": True, "instructionReference": hex(address), **told, **place}
 
     def _address(self, key: str, wanted: m.SourceBreakpoint) -> int:
         if key == _ADDRESSES:

@@ -56,7 +56,7 @@ class Inspector:
     def on_scopes(self, _: m.Arguments) -> dict[str, Any]:
         """What there is to look at."""
         target = self._debuggee.running_or_held
-        slow = bool(target.unbreakable)
+        slow = bool(target.steps_for_breakpoints)
         scopes: list[dict[str, Any]] = []
         for title, items in target.view.scopes().items():
             scope = {"name": title, "variablesReference": self._handle_for(items()), "expensive": slow}

@@ -103,7 +103,7 @@ class Launcher:
             connection.close()
             raise
         self._connection = connection
-        reason = session.unbreakable
+        reason = session.steps_for_breakpoints
         self._output(f"Attached to {version} at {port}. {reason[0].upper()}{reason[1:]}.")
         try:
             session.loaded(session.program.upload())

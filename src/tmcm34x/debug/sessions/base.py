@@ -65,8 +65,8 @@ class Session(Protocol):
         ...
 
     @property
-    def unbreakable(self) -> str:
-        """Why the program cannot be held at breakpoints; empty where it can."""
+    def steps_for_breakpoints(self) -> str:
+        """Why the program runs in single steps while there are breakpoints; empty where it does not."""
         ...
 
     @property
@@ -120,6 +120,10 @@ class Session(Protocol):
 
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
         """Hold at these instead of the present ones."""
+        ...
+
+    def hits(self) -> dict[int, int]:
+        """How often each breakpoint was met with its condition true, by its number."""
         ...
 
     @property

@@ -24,7 +24,7 @@ _CSUB: Final = BY_MNEMONIC["CSUB"].number
 class LocalSession:
     """Run control over the program of `module`; `world` is what the module is connected to."""
 
-    unbreakable = ""
+    steps_for_breakpoints = ""
     unwatchable = ""
 
     def __init__(self, module: Module, world: World | None, listener: Listener, text: Text | None) -> None:
@@ -58,8 +58,13 @@ class LocalSession:
         """The command at `address`; None outside the program memory."""
         return self.module.eeprom.read_instruction(address) if 0 <= address < PROGRAM_SIZE else None
 
+    def hits(self) -> dict[int, int]:
+        """How often each breakpoint was met, by its number."""
+        return self.control.hits()
+
     def loaded(self, program: Sequence[Instruction]) -> None:
-        """The program memory holds `program` now: it is read from the module whenever it is needed."""
+        """The program memory holds `program` now; it is read from the module whenever it is needed."""
+        self.control.forget_hits()
 
     def controlled(self) -> None:
         """A command of another host may have controlled the program: the module's state shows it."""

@@ -1,25 +1,29 @@
 """Run control over a module at the end of a line, real or served, with what its firmware offers.
 
 Run, stop, step and reset are control functions; the state and the counter are global parameters 128 and 130.
-No command reads accumulator, X, flags and stack, and nothing can hold the program at a breakpoint.  Stepping
-over and out of a CSUB is done in single steps, with the program memory at hand to see calls and returns.
+No command reads accumulator, X, flags and stack.  Nothing holds a program that runs by itself at a breakpoint, so while
+there are breakpoints it goes on in single steps, as it does over and out of a CSUB: with the program memory at hand to
+see calls and returns.
 
 Source: manual 6.7.36, 8.1.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from typing import Final
 
 from tmcm34x.debug.breaks import Wanted
-from tmcm34x.debug.control import Breakpoint, Stop
+from tmcm34x.debug.control import Breakpoint, Control, Stop
 from tmcm34x.debug.expressions import ExpressionError
-from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Frame, Listener, Text
+from tmcm34x.debug.sessions.base import Frame, Listener, Text
 from tmcm34x.debug.sessions.one_way import OneWay
 from tmcm34x.debug.view import View
 from tmcm34x.debug.watches import Watch
-from tmcm34x.host import Connection, Module, Program, RefusedError
+from tmcm34x.host import Connection, HostError, Module, Program, RefusedError
+from tmcm34x.host.program import State
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -27,10 +31,19 @@ POLL_S: Final = 0.25
 """Time between two looks at a program that runs."""
 STEP_POLL_S: Final = 0.002
 """Time between two looks at a step."""
+HELD_POLL_S: Final = 1.0
+"""Time between two looks at a program that stands: another host may start it."""
 
 _CSUB: Final = BY_MNEMONIC["CSUB"].number
 _RSUB: Final = BY_MNEMONIC["RSUB"].number
+_STOP: Final = BY_MNEMONIC["STOP"].number
 _RUNNING: Final = 1
+_ON: Final = -math.inf
+"""The goal of single steps that only a breakpoint or the end of the program ends."""
+
+
+def _always() -> bool:
+    return True
 
 
 class RemoteSession(OneWay):
@@ -39,7 +52,9 @@ class RemoteSession(OneWay):
     Calls may raise `HostError`; call `work` as often as it asks for it while `running`.
     """
 
-    unbreakable = "the firmware of a real module has no breakpoints: run, stop and step are what it offers"
+    steps_for_breakpoints = (
+        "while there are breakpoints the program of a real module runs in single steps, slower than by itself"
+    )
     unwatchable = "the firmware of a real module has no data breakpoints"
     irreversible = "a real module has no history: only virtual time runs backwards"
     owns_time = False
@@ -53,13 +68,18 @@ class RemoteSession(OneWay):
         self.text: Text | None = None
         self._memory: Sequence[Instruction] = ()
         self.view = View(self.execute, self.execute)
+        self.control = Control(self.view.read, listener.said)
+        self.permitted: Callable[[], bool] = _always
+        """Asked before each further step: where it says no, the program is held."""
         self.stop: Stop | None = None
         self.running = False
         self._counter = 0
         self._depth = 0
         """CSUBs entered since the step began, less those left."""
-        self._goal: int | None = None
-        """A step ends when `_depth` is no more than this."""
+        self._goal: float | None = None
+        """Single steps end when `_depth` is no more than this; None while the program runs by itself."""
+        self.held_here = False
+        """The program stands where this session has held it."""
         self.controlled()
 
     @property
@@ -88,13 +108,29 @@ class RemoteSession(OneWay):
     def loaded(self, program: Sequence[Instruction]) -> None:
         """The program memory holds `program` now."""
         self._memory = program
+        self.control.forget_hits()
+
+    @property
+    def counter(self) -> int:
+        """The address at which the program was seen last."""
+        return self._counter
+
+    @property
+    def in_steps(self) -> bool:
+        """Whether the program goes on in single steps."""
+        return self.running and self._goal is not None
 
     def instruction(self, address: int) -> Instruction | None:
         """The command at `address`, where it is known."""
         return self._memory[address] if 0 <= address < len(self._memory) else None
 
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
-        """The firmware has none: see `unbreakable`."""
+        """Hold at these from the next `resume` or `restart` on: see `steps_for_breakpoints`."""
+        self.control.set_breakpoints(breakpoints)
+
+    def hits(self) -> dict[int, int]:
+        """How often each breakpoint was met, by its number."""
+        return self.control.hits()
 
     def set_watches(self, watches: Iterable[Watch]) -> None:
         """The firmware has none: see `unwatchable`."""
@@ -124,21 +160,32 @@ class RemoteSession(OneWay):
         state = self.program.state
         self.running, self._counter, self._goal = state.status == _RUNNING, state.counter, None
         self.stop = None if self.running else Stop("pause", state.counter)
+        self.held_here = False
 
     def resume(self) -> None:
-        """Let the program go on."""
-        self.program.run()
-        self._go(None)
+        """Let the program go on: by itself, or in single steps while there are breakpoints."""
+        if self.control.idle:
+            self.program.run()
+            self._go(None)
+        else:
+            self._go(_ON)
+            self.program.step()
 
     def restart(self) -> None:
         """Start the program from its beginning."""
-        self.program.restart()
-        self._go(None)
+        self.program.reset()
+        self._counter = 0
+        stop = self.control.look(0, 0)
+        if stop is None:
+            self.resume()
+        else:
+            self._hold(stop)
 
     def pause(self) -> None:
         """Stop the program where it is."""
         self.program.stop()
-        self._held("pause")
+        self._counter = self.program.state.counter
+        self._hold(Stop("pause", self._counter))
 
     def step_in(self) -> None:
         """Execute one command."""
@@ -166,23 +213,54 @@ class RemoteSession(OneWay):
     def work(self) -> float:
         """Read the state of the program; returns in how many seconds to read it again."""
         if not self.running:
-            return NOTHING_TO_DO
+            self._look_for_others()
+            return HELD_POLL_S
         before, state = self._counter, self.program.state
         self._counter = state.counter
         if state.status:
             return POLL_S if self._goal is None else STEP_POLL_S
-        if self._goal is None:
-            self._held("end")
-            return NOTHING_TO_DO
-        self._count(before)
-        if self._depth <= self._goal or state.counter == before:
-            self._held("step")
-            return NOTHING_TO_DO
-        self.program.step()
+        stop = Stop("end", state.counter) if self._goal is None else self._after_step(self._goal, before)
+        if stop is not None:
+            self._hold(stop)
+            return HELD_POLL_S
+        self._step_on()
         return STEP_POLL_S
 
-    def _go(self, goal: int | None) -> None:
+    def _look_for_others(self) -> None:
+        """Another host may have started the program, or moved its counter; a module that is silent tells nothing."""
+        with suppress(HostError):
+            self._compare(self.program.state)
+
+    def _compare(self, state: State) -> None:
+        if state.status == _RUNNING or state.counter != self._counter:
+            self.controlled()
+
+    def _after_step(self, goal: float, before: int) -> Stop | None:
+        """Why the program is held after the single step from `before`; None where another one follows."""
+        self._count(before)
+        if self._counter == before and self._ends(before, goal):
+            return Stop("end" if goal == _ON else "step", before)
+        met = self.control.look(self._counter, 0)
+        return met or (Stop("step", self._counter) if self._depth <= goal else None)
+
+    def _ends(self, address: int, goal: float) -> bool:
+        """Whether the command that has left the counter where it was is the last one, and no jump to itself."""
+        executed = self.instruction(address)
+        return goal != _ON or executed is None or executed.number in {_STOP, 0}
+
+    def _step_on(self) -> None:
+        """The next single step; by itself where no breakpoint is left to hold at."""
+        if not self.permitted():
+            self._hold(Stop("pause", self._counter))
+        elif self._goal == _ON and self.control.idle:
+            self.program.run()
+            self._goal = None
+        else:
+            self.program.step()
+
+    def _go(self, goal: float | None) -> None:
         self.stop = None
+        self.held_here = False
         self.running = True
         self._goal, self._depth = goal, 0
 
@@ -195,9 +273,8 @@ class RemoteSession(OneWay):
         elif executed.number == _RSUB and self._counter != before + 1:
             self._depth -= 1
 
-    def _held(self, reason: str) -> None:
+    def _hold(self, stop: Stop) -> None:
         self.running = False
-        self._counter = self.program.state.counter
-        kind = "end" if reason == "end" else "step" if reason == "step" else "pause"
-        self.stop = Stop(kind, self._counter)
-        self.listener.held(self.stop)
+        self.held_here = stop.reason != "end"
+        self.stop = stop
+        self.listener.held(stop)
