@@ -157,10 +157,12 @@ class RemoteSession(OneWay):
 
     def controlled(self) -> None:
         """The program may have been stopped, reset or started by another command: read its state."""
-        state = self.program.state
+        stepping, state = self.in_steps, self.program.state
         self.running, self._counter, self._goal = state.status == _RUNNING, state.counter, None
         self.stop = None if self.running else Stop("pause", state.counter)
         self.held_here = False
+        if stepping and self.stop is not None:
+            self.listener.held(self.stop)
 
     def resume(self) -> None:
         """Let the program go on: by itself, or in single steps while there are breakpoints."""
