@@ -358,6 +358,20 @@ def test_coverage_adds_up_over_runs(run):
     assert Path("out.info").read_text() == "something else\n"
 
 
+def test_a_tracefile_keeps_other_programs_and_models(run):
+    other = Path("other.tmc")
+    other.write_text("STOP\n")
+    by_model = "#if MODEL == 342\nSIO 0, 2, 1\n#else\nSIO 1, 2, 1\n#endif\nSTOP\n"
+    run(other, "--coverage", "out.info")
+    run(by_model, "--coverage", "out.info", "--model", "342")
+    run(by_model, "--coverage", "out.info", "--model", "343")
+    counted = [line for line in Path("out.info").read_text().split("\n") if line[:2] in ("SF", "DA")]
+    assert counted == ["SF:other.tmc", "DA:1,1", "SF:program.tmc", "DA:2,1", "DA:4,1", "DA:6,2"]
+    assert "STOP" in Path("out.html").read_text()
+    run("STOP\n", "--coverage", "out.info")
+    assert "SF:program.tmc\nBRF:0\nBRH:0\nDA:1,1\nLF:1\n" in Path("out.info").read_text()
+
+
 def test_coverage_needs_a_source(run):
     Path("x.bin").write_bytes(pack_binary([Instruction(28)]))
     status, _, err = run(Path("x.bin"), "--profile")
