@@ -42,6 +42,23 @@ def summary(run, source, *options):
     return status, json.loads(out)
 
 
+def test_a_parameter_whose_hardware_is_absent_is_named(run):
+    source = "GAP 209, 0 \n AGP 0, 2 \n GAP 209, 1 \n AGP 1, 2 \n SAP 212, 0, 5 \n STOP"
+    _, out, _ = run(source)
+    assert [line for line in out.split("\n") if line.startswith("absent")] == [
+        "absent      program.tmc:1: GAP 209, 0: the encoder position needs an encoder on a TMCM-323, "
+        "which the bench does not have",
+        "absent      program.tmc:5: SAP 212, 0, 5: the maximum encoder deviation needs an encoder on a TMCM-323, "
+        "which the bench does not have",
+    ]
+    bench = Path("bench.toml")
+    bench.write_text("[[module]]\nspi.SPI_SEL0 = { kind = 'tmcm323' }\n")
+    _, data = summary(run, source, "--bench", bench)
+    assert len(data["absent"]) == 2
+    _, data = summary(run, f"SGP 74, 0, 1 \n {source}", "--bench", bench)
+    assert data["absent"] == []
+
+
 def test_a_run_ends_when_the_program_has_stopped_and_sums_up(run):
     status, out, err = run(MOVE)
     assert (status, err) == (0, "")
