@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tmcm34x import files
-from tmcm34x.toolchain.encoding import decode
+from tmcm34x.editor import disk
 from tmcm34x.toolchain.tokens import split_lines
 from tmcm34x.trace.coverage import Coverage, format_html, format_lcov, parse_lcov
 
@@ -41,6 +41,6 @@ def write_tracefile(
 def _source(path: Path) -> list[str]:
     """The lines of a source; none where it cannot be read, such as those of standard input."""
     try:
-        return split_lines(decode(files.read_bytes(path))[0])
+        return split_lines(disk.read_text(path))
     except (OSError, ValueError):
         return []
