@@ -8,9 +8,10 @@ from __future__ import annotations
 import re
 from typing import Final, NamedTuple
 
-from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS, RFS_TYPES
+from tmcm34x.tmcl.commands import BY_MNEMONIC, BY_NUMBER, MOTORS, RFS_TYPES
 from tmcm34x.tmcl.datagram import Instruction, Reply, unpack_reply
 from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_KEYS
+from tmcm34x.tmcl.mnemonic import format_instruction
 from tmcm34x.tmcl.numbers import CONTROL
 from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 
@@ -85,6 +86,18 @@ def decode(instruction: Instruction, telegram: bytes) -> Answer:
         stored = Instruction(telegram[1], telegram[2], telegram[3], value_of(telegram))
         return Answer(_OK, stored.value, telegram, stored=stored)
     return Answer(telegram[2], value_of(telegram), telegram)
+
+
+def meaning(instruction: Instruction, answer: Answer) -> str:
+    """What an answer says, for people: the version, the stored instruction, or the status by its name."""
+    if answer.text:
+        return answer.text
+    if answer.stored is not None:
+        return format_instruction(answer.stored)
+    text = STATUS_TEXTS.get(answer.status, "unknown status")
+    row = BY_NUMBER.get(instruction.number)
+    controls = row is not None and not row.mnemonic and answer.status == _OK
+    return f"{row.title}: {text}" if row is not None and controls else text
 
 
 OWN_FORMS: Final = frozenset({READ_MEMORY, VERSION})

@@ -44,6 +44,8 @@ from tmcm34x.tmcl.status import Status
 
 END: Final = Instruction(0)
 """What stands behind a program, as the TMCL-IDE writes it: erased memory, or the IDE's own end mark."""
+_NO_COMMANDS: Final = frozenset({END.number, 255})
+"""First bytes of a memory without a program: the end mark, and an erased EEPROM."""
 ATTEMPTS: Final = 8
 """How often the download of one instruction is taken up again."""
 
@@ -261,6 +263,19 @@ def check_stored(
                 f"address {address + offset}: {format_instruction(found)} instead of {format_instruction(expected)}"
             )
         progress(offset + 1, len(instructions))
+
+
+def holds(instructions: Sequence[Instruction], address: int = 0) -> Steps[bool]:
+    """Whether the memory holds `instructions` from `address` on.  Raises `HostError` where it cannot be read."""
+    for offset, instruction in enumerate(instructions):
+        if (yield from read_instruction(address + offset)) != instruction:
+            return False
+    return True
+
+
+def is_empty() -> Steps[bool]:
+    """Whether the memory holds no program: an end mark or erased cells.  Raises `HostError`."""
+    return (yield from read_instruction(0)).number in _NO_COMMANDS
 
 
 def _why_refused(instruction: Instruction, reply: Reply, bit: int, what: str) -> Steps[HostError]:

@@ -18,15 +18,16 @@ from typing import Final, NamedTuple
 from tmcm34x.host import program
 from tmcm34x.host.backup import Backup, Difference, compare, groups_of
 from tmcm34x.host.exceptions import RefusedError, ReplyError, VerifyError
+from tmcm34x.host.following import following
 from tmcm34x.host.items import COMMUNICATION, GUARDED, Item
 from tmcm34x.host.program import Progress, silent
 from tmcm34x.host.reading import Reading, Value
 from tmcm34x.host.settings import Failure, in_order
-from tmcm34x.host.steps import NUMBERS, Follow, Steps, insist, settle, value
+from tmcm34x.host.steps import NUMBERS, Steps, insist, settle, value
 from tmcm34x.tmcl.commands import PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
-from tmcm34x.tmcl.global_parameters import BAUD_RATES, CAN_BIT_RATES, EEPROM_MAGIC, LOCK_KEY, UNLOCK_KEY
 from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_KEYS
+from tmcm34x.tmcl.global_parameters import EEPROM_MAGIC, LOCK_KEY, UNLOCK_KEY
 
 _SGP: Final = NUMBERS["SGP"]
 _GGP: Final = NUMBERS["GGP"]
@@ -229,7 +230,7 @@ def _change_line(key: str, before: int, number: int) -> Steps[None]:
     """Set a parameter of the line and follow it; where no reply comes, see which of the two the module uses."""
     row = GLOBAL_KEYS[key]
     write, read = Instruction(_SGP, row.number, 0, number), Instruction(_GGP, row.number)
-    there, back = _follow(key, number), _follow(key, before)
+    there, back = following(write), following(write._replace(value=before))
     for _ in range(program.ATTEMPTS):
         with suppress(ReplyError):
             yield from value(write)
@@ -244,22 +245,6 @@ def _change_line(key: str, before: int, number: int) -> Steps[None]:
     raise VerifyError(
         f"{key}: the module answers neither with the value {before} nor with {number}; `tmcm34x scan` finds it"
     )
-
-
-def _follow(key: str, number: int) -> Follow | None:
-    match key:
-        case "serial_address":
-            return Follow(address=number)
-        case "baud_rate":
-            return Follow(baud=BAUD_RATES[number])
-        case "can_id":
-            return Follow(can_id=number)
-        case "can_reply_id":
-            return Follow(can_reply=number)
-        case "can_bit_rate":
-            return Follow(can_bit_rate=CAN_BIT_RATES[number])
-        case _:
-            return None
 
 
 def _known(readings: Mapping[Item, Reading]) -> dict[str, int]:

@@ -49,11 +49,36 @@ Progress = Callable[[int, int, str], None]
 """Takes how many of how many places are done, and the present one."""
 
 
-def serial_ports() -> list[str]:
-    """The serial ports of this computer."""
+class Port(NamedTuple):
+    """A serial port of this computer, and what is known of it."""
+
+    device: str
+    description: str
+
+
+def described_ports() -> list[Port]:
+    """The serial ports of this computer, with what their adapters say of themselves."""
     from serial.tools.list_ports import comports
 
-    return sorted(port.device for port in comports())
+    return sorted(Port(port.device, _description(port.description)) for port in comports())
+
+
+def _description(text: str | None) -> str:
+    return "" if text in {None, "n/a"} else str(text)
+
+
+def serial_ports() -> list[str]:
+    """The names of the serial ports of this computer."""
+    return [port.device for port in described_ports()]
+
+
+def can_interfaces() -> list[str]:
+    """The CAN interfaces that python-can knows; none where it is not installed."""
+    try:
+        from can.interfaces import VALID_INTERFACES
+    except ImportError:
+        return []
+    return sorted(VALID_INTERFACES)
 
 
 def plan(
@@ -64,7 +89,7 @@ def plan(
 
 
 def _attempts(url: Url, addresses: Sequence[int], bauds: Sequence[int]) -> Iterator[Try]:
-    if url.scheme in {"can", "slcan"}:
+    if url.is_can:
         rates = (
             [url.can.bitrate] if "bitrate" in url.options else sorted(CAN_BIT_RATES.values(), reverse=True)
         )
@@ -162,9 +187,4 @@ def _ask(connection: Connection, attempt: Try) -> Found | None:
         return None
     model = answer.value >> 16
     version = f"V{answer.value >> 8 & 0xFF}.{answer.value & 0xFF}"
-    return Found(_name(attempt), model, version, attempt.address)
-
-
-def _name(attempt: Try) -> str:
-    options = "&".join(f"{name}={value}" for name, value in attempt.url.options.items())
-    return f"{attempt.url.scheme}:{attempt.url.target}?{options}"
+    return Found(attempt.url.name, model, version, attempt.address)

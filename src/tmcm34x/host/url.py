@@ -49,7 +49,7 @@ class Url(NamedTuple):
     @property
     def address(self) -> int:
         """Address of the module; on CAN the low byte of its identifier."""
-        if self.scheme in {"can", "slcan"}:
+        if self.is_can:
             return self.can.id & 0xFF
         return self._number("address", BY_KEY["serial_address"].default, 0, 255)
 
@@ -78,6 +78,37 @@ class Url(NamedTuple):
             self._number("reply", BY_KEY["can_reply_id"].default, 0, highest),
             self._number("bitrate", _DEFAULT_BIT_RATE, 10_000, 1_000_000),
         )
+
+    @property
+    def is_can(self) -> bool:
+        """Whether the line is a CAN bus, where identifiers stand for addresses."""
+        return self.scheme in {"can", "slcan"}
+
+    @property
+    def name(self) -> str:
+        """The line by name with the options as they are, which may be others than in `text`."""
+        options = "&".join(f"{name}={value}" for name, value in self.options.items())
+        return f"{self.scheme}:{self.target}" + (f"?{options}" if options else "")
+
+    @property
+    def place(self) -> str:
+        """Port, bit rate and address, for people."""
+        if self.is_can:
+            can = self.can
+            return (
+                f"{self.scheme}:{self.target}, {can.bitrate // 1000} kbit/s, id {can.id}, replies {can.reply}"
+            )
+        port = self.target if self.scheme == "serial" else f"{self.scheme}:{self.target}"
+        rate = f", {self.baud} baud" if self.scheme == "serial" and "://" not in self.target else ""
+        return f"{port}{rate}, address {self.address}"
+
+    @property
+    def checks(self) -> str:
+        """What to check when no reply comes."""
+        if self.is_can:
+            return "power, wiring and termination, bit rate and identifiers"
+        rate = "bit rate" if self.scheme == "serial" else "the bit rate of the converter"
+        return f"power, wiring, address and {rate}"
 
     def replaced(self, **options: object) -> Url:
         """The same line with other options."""
