@@ -18,6 +18,7 @@ from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.ide import wire
 from tmcm34x.ide.application import LOOPBACK, Application
 from tmcm34x.ide.hub import Hub
+from tmcm34x.ide.modules import Modules
 from tmcm34x.ide.target import Target
 from tmcm34x.ide.telegrams import Telegrams
 from tmcm34x.ide.virtual import Virtual
@@ -244,11 +245,14 @@ def virtual(
 
 @contextlib.asynccontextmanager
 async def running(
-    folder: Path, target: tuple[Target, Telegrams] | None = None, show: list[str] | None = None
+    folder: Path,
+    target: tuple[Target, Telegrams] | None = None,
+    show: list[str] | None = None,
+    modules: Modules | None = None,
 ) -> AsyncIterator[Ide]:
     """A server on a free port of loopback."""
     module, telegrams = target or virtual()
-    hub = Hub(Workspace(folder), module, telegrams, show or [])
+    hub = Hub(Workspace(folder), module, telegrams, show or [], modules)
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     listener.bind(("127.0.0.1", 0))
     listener.listen()

@@ -402,8 +402,8 @@ def test_settings_travel_from_one_module_to_another(tmp_path, form):
             assert (await page.execute(line))["status"] == 100
         text = await page.call(wire.ExportSettings(form))
         await page.call(wire.Execute(137, value=1234, sure=True))
-        exchanges = await page.call(wire.ImportSettings(text))
-        assert {exchange["status"] for exchange in exchanges} == {100}
+        imported = await page.call(wire.ImportSettings(text))
+        assert (imported["count"] > 60, imported["refused"]) == (True, [])
         for line, value in (
             ("GAP 4, 0", 777),
             ("GAP 140, 2", 4),
@@ -472,12 +472,12 @@ def test_other_commands_are_refused_while_a_program_is_downloaded(tmp_path):
 def test_a_bug_in_the_server_reaches_the_page_and_the_terminal(tmp_path, capsys):
     async def run():
         async with running(tmp_path) as ide, ide.page() as page:
-            workspace = ide.hub.workspace
-            ide.hub.workspace = None
+            workspace = ide.hub.folder._workspace
+            ide.hub.folder._workspace = None
             try:
                 assert await page.refusal(wire.ReadFile("program.tmc")) == "bug"
             finally:
-                ide.hub.workspace = workspace
+                ide.hub.folder._workspace = workspace
 
     asyncio.run(run())
     assert "Traceback" in capsys.readouterr().err

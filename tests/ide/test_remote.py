@@ -8,40 +8,13 @@ import threading
 import pytest
 
 from ide.ide_driver import running
-from tmcm34x.bench import simple_rig
-from tmcm34x.firmware.axis import V_ACTUAL
+from ide.served import Bench
 from tmcm34x.host.exceptions import LinkError
+from tmcm34x.host.url import parse_url
 from tmcm34x.ide import wire
 from tmcm34x.ide.remote import Remote
 from tmcm34x.ide.telegrams import Telegrams
-from tmcm34x.links.tcp import TcpLink
-from tmcm34x.server import Server
 from tmcm34x.tmcl.datagram import Instruction
-
-
-class Bench:
-    """A served module in a thread of its own, as behind a real line."""
-
-    def __init__(self, model: int = 343, port: int = 0) -> None:
-        self._ready = threading.Event()
-        self._model, self._port = model, port
-        self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()))
-        self._thread.start()
-        self._ready.wait()
-
-    async def _serve(self) -> None:
-        self._loop, self._end = asyncio.get_running_loop(), asyncio.Event()
-        self.rig = simple_rig(self._model)
-        server = Server(self.rig)
-        self.address = await server.open(TcpLink("127.0.0.1", self._port))
-        self._ready.set()
-        await self._end.wait()
-        await server.close()
-
-    def stop(self) -> None:
-        if self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._end.set)
-            self._thread.join()
 
 
 def _go(folder, scenario, model: int = 343):
@@ -49,7 +22,7 @@ def _go(folder, scenario, model: int = 343):
 
     async def run():
         telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, f"tcp://{bench.address}", 9600, 1, telegrams)
+        remote = await asyncio.to_thread(Remote, parse_url(f"tcp://{bench.address}", address=1), telegrams)
         async with running(folder, (remote, telegrams)) as ide, ide.page() as page:
             await page.call(wire.Arm(True))
             await scenario(bench, ide, page)
@@ -259,11 +232,6 @@ def test_a_module_that_was_not_there_at_first_is_debugged_when_it_comes(tmp_path
     _go(tmp_path, scenario)
 
 
-def _turns(bench, motor):
-    """The true speed, seen beside the line."""
-    return bench.rig.modules[0].axes[motor].read(V_ACTUAL)
-
-
 def test_nothing_moves_before_it_is_armed_and_everything_can_be_stopped(tmp_path):
     (tmp_path / "a.tmc").write_text(STEPS)
 
@@ -285,7 +253,7 @@ def test_nothing_moves_before_it_is_armed_and_everything_can_be_stopped(tmp_path
         assert await page.refusal(wire.ControlProgram("run")) == "disarmed"
         for line in ("MST 0", "SAP 4, 0, 700", "GAP 4, 0"):
             assert (await page.execute(line))["status"] == 100
-        assert _turns(bench, 0) == 0
+        assert bench.speed(0) == 0
         await page.call(wire.Arm(True))
         await page.call(wire.Turn(0, 300))
         await page.until(lambda: page.state["motor0"]["speed"] == 300)
@@ -308,7 +276,7 @@ def test_the_debugger_s_console_moves_nothing_before_it_is_armed(tmp_path):
             for request in ("continue", "stepIn", "restartFrame"):
                 assert "Not armed" in await editor.fail(request, threadId=1)
             assert (await editor.do("evaluate", expression="ap[3][0]", context="repl"))["result"] == "0"
-        assert [_turns(bench, motor) for motor in range(3)] == [0, 0, 0]
+        assert [bench.speed(motor) for motor in range(3)] == [0, 0, 0]
 
     _go(tmp_path, scenario)
 
@@ -376,7 +344,7 @@ def test_the_end_of_the_server_stops_what_it_has_started(tmp_path):
 
     async def run():
         telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, f"tcp://{bench.address}", 9600, 1, telegrams)
+        remote = await asyncio.to_thread(Remote, parse_url(f"tcp://{bench.address}", address=1), telegrams)
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page() as page:
             await page.call(wire.Arm(True))
             await page.execute("ROR 0, 500")
@@ -384,7 +352,7 @@ def test_the_end_of_the_server_stops_what_it_has_started(tmp_path):
             await page.until(
                 lambda: page.state["motor0"]["speed"] == 500 and page.state["motor2"]["speed"] > 0
             )
-        assert [_turns(bench, motor) for motor in range(3)] == [0, 0, 0]
+        assert [bench.speed(motor) for motor in range(3)] == [0, 0, 0]
 
     try:
         asyncio.run(run())
@@ -398,14 +366,14 @@ def test_motors_that_turn_already_are_told_of(tmp_path):
 
     async def run():
         telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, f"tcp://{bench.address}", 9600, 1, telegrams)
+        remote = await asyncio.to_thread(Remote, parse_url(f"tcp://{bench.address}", address=1), telegrams)
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page() as page:
             found = await page.event(wire.Authority, lambda event: event.found)
             assert "motor 1 (speed" in found.found
             await page.call(wire.StopAll())
             authority = ide.hub.authority
             await page.until(lambda: not authority.shape.found and not authority.shape.doubts)
-            assert _turns(bench, 1) == 0
+            assert bench.speed(1) == 0
 
     try:
         asyncio.run(run())
@@ -426,7 +394,7 @@ def test_a_model_is_known_when_the_module_has_said_it(tmp_path):
     async def scenario(bench, ide, page):
         await page.call(wire.ExecuteText("SGP 66, 0, 9", sure=True))
         url, telegrams = f"tcp://{bench.address}", Telegrams()
-        remote = await asyncio.to_thread(Remote, url, 9600, 3, telegrams)
+        remote = await asyncio.to_thread(Remote, parse_url(url, address=3), telegrams)
         async with running(tmp_path, (remote, telegrams)) as other:
             assert not other.hub.welcome(1).model.known
             async with other.page() as wrong:
@@ -443,7 +411,7 @@ def test_what_a_module_has_not_said_is_unknown_and_not_zero(tmp_path):
 
     async def run():
         telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, peer.url, 9600, 1, telegrams)
+        remote = await asyncio.to_thread(Remote, parse_url(peer.url, address=1), telegrams)
         peer.refused = bytes((6, 3))
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page() as page:
             await page.until(lambda: page.state and page.state["quality"]["seen"] > 0)
@@ -462,7 +430,7 @@ def test_one_damaged_reply_in_thirteen_ends_no_sequence(tmp_path, action):
 
     async def run():
         telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, peer.url, 9600, 1, telegrams)
+        remote = await asyncio.to_thread(Remote, parse_url(peer.url, address=1), telegrams)
         peer.damage_each = 13
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page(rate_hz=0) as page:
             await page.call(wire.Keep(action, [wire.Watched(-1, 4, motor % 3) for motor in range(30)]))
@@ -477,7 +445,7 @@ def test_an_export_is_complete_or_says_so(tmp_path):
 
     async def run():
         telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, peer.url, 9600, 1, telegrams)
+        remote = await asyncio.to_thread(Remote, parse_url(peer.url, address=1), telegrams)
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page(rate_hz=0) as page:
             text = await page.call(wire.ExportSettings("toml"))
             assert text.count("max_speed = 0") == 3
@@ -573,7 +541,7 @@ def test_stop_all_goes_out_before_what_is_waited_for_and_what_is_queued(tmp_path
 
     async def run():
         telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, peer.url, 9600, 1, telegrams)
+        remote = await asyncio.to_thread(Remote, parse_url(peer.url, address=1), telegrams)
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page(rate_hz=0) as page:
             await page.call(wire.Arm(True))
             peer.hold_replies()
@@ -638,4 +606,4 @@ def test_a_silent_module_is_told_and_heard_again(tmp_path):
 
 def test_a_line_that_cannot_be_opened_says_so_at_once():
     with pytest.raises(LinkError):
-        Remote("/dev/does-not-exist", 9600, 1, Telegrams())
+        Remote(parse_url("/dev/does-not-exist"), Telegrams())

@@ -375,6 +375,19 @@ export interface Assembled {
     lines: number[];
 }
 
+/** A serial port of the server's computer. */
+export interface PortShape {
+    device: string;
+    description: string;
+}
+
+/** Where modules may be: serial ports, and the CAN interfaces that python-can knows. */
+export interface Ports {
+    serial: PortShape[];
+    can: string[];
+    closed: string;
+}
+
 /** One command and its answer; status 0 is no answer in time. */
 export interface Exchange {
     text: string;
@@ -383,6 +396,12 @@ export interface Exchange {
     status: number;
     value: number;
     meaning: string;
+}
+
+/** What became of settings that were set: how many there were, and those that the module refused. */
+export interface Imported {
+    count: number;
+    refused: string[];
 }
 
 /** A line of the telegram log. */
@@ -690,10 +709,44 @@ export interface ExportSettings {
     format: "tmcl" | "toml";
 }
 
-/** Set the parameters in a text of `export_settings`; the answers of all commands. */
+/** Set the parameters in a text of `export_settings`; what became of it. Refused with code `confirm` where the settings are of another model, unless `sure`. */
 export interface ImportSettings {
     call: "import_settings";
     text: string;
+    sure?: boolean;
+}
+
+/** The ports of the server's computer; nothing is opened. */
+export interface ListPorts {
+    call: "list_ports";
+}
+
+/** Look for modules on ports, given as URLs; opens them and asks for versions, which changes no module. Goes on until it has looked everywhere, `StopScan`, or the end of the window; what it finds comes as events. */
+export interface Scan {
+    call: "scan";
+    ports: string[];
+    far?: boolean;
+}
+
+/** Look no more. */
+export interface StopScan {
+    call: "stop_scan";
+}
+
+/** Go on with the module that a URL names, in all windows; what was begun on the present one is ended first. Refused with `port` for what pages may not open, `line` when it cannot be opened, and `silent` when the module does not answer, unless `anyway`. */
+export interface Connect {
+    call: "connect";
+    url: string;
+    anyway?: boolean;
+}
+
+/** Go on with a virtual module, in all windows. model: 0 is that of the last virtual module bench: path of its bench file; empty for bare motors text: stands before the file on disk keep: with the memory of the last virtual module of this model: its program and stored settings */
+export interface UseVirtual {
+    call: "use_virtual";
+    model?: 0 | 341 | 342 | 343;
+    bench?: string;
+    text?: string;
+    keep?: boolean;
 }
 
 /** Nothing; the answer shows that the server lives. */
@@ -701,7 +754,7 @@ export interface Ping {
     call: "ping";
 }
 
-export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
+export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping;
 
 /** The type of the answer's result, by call. */
 export interface Results {
@@ -741,7 +794,12 @@ export interface Results {
     read_world: World;
     read_eeprom: Eeprom;
     export_settings: string;
-    import_settings: Exchange[];
+    import_settings: Imported;
+    list_ports: Ports;
+    scan: null;
+    stop_scan: null;
+    connect: null;
+    use_virtual: null;
     ping: null;
 }
 
@@ -768,7 +826,7 @@ export interface Welcome {
     start: string;
     folder: string;
     open: string[];
-    source: "serial" | "tcp" | "virtual";
+    source: "can" | "serial" | "slcan" | "tcp" | "virtual";
     module: string;
     model: ModelShape;
     ability: Ability;
@@ -776,6 +834,9 @@ export interface Welcome {
     listing: Listing | null;
     links: string[];
     window: number;
+    seat: number;
+    url: string;
+    named: boolean;
 }
 
 /** The folder's contents now. */
@@ -871,4 +932,33 @@ export interface ProfilePoint {
     deviation: number;
 }
 
-export type ServerEvent = Answer | Refusal | Welcome | FilesChanged | Loaded | Progress | Telegrams | Happened | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint;
+/** How far the scan of this window is: places done, all of them, and the present one. */
+export interface ScanProgress {
+    event: "scan_progress";
+    done: number;
+    total: number;
+    place: string;
+}
+
+/** A module that answered the scan. */
+export interface ScanFound {
+    event: "scan_found";
+    url: string;
+    place: string;
+    model: number;
+    version: string;
+}
+
+/** A port could not be looked at, and why. */
+export interface ScanFailed {
+    event: "scan_failed";
+    text: string;
+}
+
+/** The scan is over; not `complete` when it was stopped. */
+export interface ScanEnded {
+    event: "scan_ended";
+    complete: boolean;
+}
+
+export type ServerEvent = Answer | Refusal | Welcome | FilesChanged | Loaded | Progress | Telegrams | Happened | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint | ScanProgress | ScanFound | ScanFailed | ScanEnded;

@@ -12,10 +12,12 @@ from tmcm34x.trace.coverage import (
     added,
     coverage,
     format_costs,
+    format_html,
+    format_lcov,
     line_costs,
+    parse_lcov,
     subroutine_costs,
 )
-from tmcm34x.trace.tracefile import read_tracefile, write_tracefile
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.module import Module
@@ -39,7 +41,7 @@ def check(options: dict[str, Any], assembly: Assembly | None) -> Coverage:
             f"{path}: name the tracefile, such as {path.with_suffix('.info')}; the page goes beside it"
         )
     try:
-        return read_tracefile(path)
+        return parse_lcov(path.read_text(encoding="utf-8")) if path.exists() else {}
     except (CoverageError, UnicodeDecodeError) as error:
         raise CliError(f"{path}: {error}; it is left as it is") from None
     except OSError as error:
@@ -48,9 +50,11 @@ def check(options: dict[str, Any], assembly: Assembly | None) -> Coverage:
 
 def write(path: Path, assembly: Assembly, counts: Counts, earlier: Coverage) -> None:
     """Write the tracefile, and the page beside it."""
+    result = added(coverage(assembly, counts), earlier)
     try:
-        result = added(coverage(assembly, counts), earlier, assembly.left_out)
-        write_tracefile(path, result, Path(), assembly.sources)
+        path.write_text(format_lcov(result), encoding="utf-8", newline="\n")
+        page = format_html(result, assembly.sources)
+        path.with_suffix(".html").write_text(page, encoding="utf-8", newline="\n")
     except OSError as error:
         raise CliError(f"{error.filename}: {error.strerror}") from None
 

@@ -6,6 +6,7 @@ import asyncio
 import secrets
 import socket
 import webbrowser
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,8 +16,15 @@ from tmcm34x.cli import CliError, link_options, parameter_options, spare_the_col
 from tmcm34x.cli.signals import stop_on_signals
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from tmcm34x.firmware.storage import Eeprom
+    from tmcm34x.host.url import Url
+    from tmcm34x.ide.hub import Hub
+    from tmcm34x.ide.modules import Modules, Recipe
     from tmcm34x.ide.target import Target
     from tmcm34x.ide.telegrams import Telegrams
+    from tmcm34x.ide.virtual import Virtual
 
 
 PORT: Final = 8343
@@ -30,14 +38,19 @@ Examples:
   tmcm34x ide examples
   tmcm34x ide conveyor.tmc --bench bench.toml
   tmcm34x ide --port /dev/ttyUSB0 --baud 9600
-  tmcm34x ide --port tcp://127.0.0.1:17000
+  tmcm34x ide --port tcp:127.0.0.1:17000
+  tmcm34x ide --port "can:socketcan:can0?id=1&reply=2"
   tmcm34x ide program.tmc --tcp 17000 --pty /tmp/tmcm343
 """
 
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("paths", nargs=-1, type=click.Path(exists=True, path_type=Path), metavar="[FILES or FOLDER]")
-@click.option("--port", metavar="URL", help="A real module: serial device, or tcp://HOST:PORT.")
+@click.option(
+    "--port",
+    metavar="URL",
+    help="A real module: a serial device, tcp:HOST:PORT, can:INTERFACE:CHANNEL?id=1&reply=2 or slcan:DEVICE.",
+)
 @click.option(
     "--baud", type=click.IntRange(1), default=9600, show_default=True, help="Bits per second of --port."
 )
@@ -68,7 +81,8 @@ Examples:
 def command(paths: tuple[Path, ...], listen: tuple[str, int] | None, no_browser: bool, **options: Any) -> int:
     """The TMCL-IDE in the browser: editor, debugger, axes, plots and bench.
 
-    Without --port, on a virtual module, which other hosts may reach too by --pty, --tcp, --slcan and --can.
+    Without --port, on a virtual module, which other hosts may reach too by --pty, --tcp, --slcan and --can; the page
+    changes to another module and back.
     Prints its address, token included, on a line of its own; the address is good for this run only.
     """
     if options["port"] and any(options[name] for name in _VIRTUAL):
@@ -116,8 +130,9 @@ async def _serve(
     token = secrets.token_urlsafe(24)
     workspace, show = Workspace.of(paths)
     telegrams = Telegrams()
-    hub = Hub(workspace, _target(options, telegrams), telegrams, show)
     loopback = host in link_options.LOOPBACK_HOSTS
+    modules = _modules(options, telegrams, loopback)
+    hub = Hub(workspace, _target(modules, options), telegrams, show, modules, named=bool(paths))
     application = Application(hub, token, [f"{name}:{port}" for name in LOOPBACK] if loopback else [])
     application.name_cookie(port)
     name = f"[{host}]" if ":" in host else host
@@ -132,7 +147,7 @@ async def _serve(
     stop_on_signals(loop, end)
     await hub.open()
     try:
-        hub.links = await _open_links(hub.target, options)
+        await _open_links(hub)
         spare_the_collector()
         click.echo(f"ready ide {url}")
         if not no_browser:
@@ -144,51 +159,107 @@ async def _serve(
     return 0
 
 
-async def _open_links(target: Target, options: dict[str, Any]) -> list[str]:
-    from tmcm34x.ide.virtual import Virtual
+async def _open_links(hub: Hub) -> None:
+    from tmcm34x.ide.wire import RefusalError
 
-    if not isinstance(target, Virtual):
-        return []
-    links = link_options.make_links(options)
-    return await link_options.open_links(
-        target.server, links, link_options.make_can_links(options, target.rig)
-    )
+    try:
+        await hub.open_links()
+    except RefusalError as error:
+        raise CliError(str(error).rstrip(".")) from error
 
 
-def _target(options: dict[str, Any], telegrams: Telegrams) -> Target:
-    if options["port"]:
-        from tmcm34x.host.exceptions import LinkError
-        from tmcm34x.ide.remote import Remote
+def _modules(options: dict[str, Any], telegrams: Telegrams, local: bool) -> Modules:
+    """What pages may connect to, the virtual module of the options included."""
+    from tmcm34x.ide.modules import Modules
+    from tmcm34x.ide.wire import RefusalError
 
+    async def open_links(virtual: Virtual) -> list[str]:
         try:
-            return Remote(options["port"], options["baud"], options["address"], telegrams)
-        except LinkError as error:
-            raise CliError(str(error)) from error
-    return _virtual(options, telegrams)
+            links = link_options.make_links(options)
+            can_links = link_options.make_can_links(options, virtual.rig)
+            return await link_options.open_links(virtual.server, links, can_links)
+        except CliError as error:
+            raise RefusalError("links", f"{error}.") from error
+
+    make = partial(_make, options, telegrams)
+    return Modules(telegrams, make, open_links, local=local, named=_url(options), recipe=_recipe(options))
 
 
-def _virtual(options: dict[str, Any], telegrams: Telegrams) -> Target:
-    from tmcm34x.bench import BenchError, load, simple_rig
-    from tmcm34x.cli.memory import keep, open_eeprom
-    from tmcm34x.firmware.storage import EepromError
+def _url(options: dict[str, Any]) -> Url | None:
+    """The line that was named."""
+    from tmcm34x.host.exceptions import LinkError
+    from tmcm34x.host.url import parse_url
+
+    if not options["port"]:
+        return None
+    try:
+        url = parse_url(options["port"], baud=options["baud"], address=options["address"])
+    except LinkError as error:
+        raise CliError(str(error)) from error
+    if url.scheme == "virtual":
+        raise CliError("--port is a real module: a virtual one is named by --model or --bench")
+    return url
+
+
+def _recipe(options: dict[str, Any]) -> Recipe:
+    """The virtual module of the options."""
+    from tmcm34x.cli.memory import open_eeprom
+    from tmcm34x.files import read_text
+    from tmcm34x.ide.modules import Recipe
+
+    path: Path | None = options["bench"]
+    if path is not None:
+        try:
+            return Recipe(bench=read_text(path), name=path.name)
+        except (OSError, UnicodeDecodeError) as error:
+            raise CliError(f"{path}: not a text file in UTF-8") from error
+    model = options["model"]
+    if model is None and options["eeprom"] is not None:
+        file, eeprom = open_eeprom(Path(options["eeprom"]), _report)
+        file.close()
+        model = eeprom and eeprom.model
+    return Recipe(int(model or 343))
+
+
+def _make(
+    options: dict[str, Any],
+    telegrams: Telegrams,
+    recipe: Recipe,
+    memories: Sequence[Eeprom | None],
+    keep: bool,
+) -> Virtual:
+    """A virtual module with the memory in the file of the options, if that is to be kept."""
+    from tmcm34x.cli.memory import keep as keep_in
+    from tmcm34x.cli.memory import open_eeprom
+    from tmcm34x.ide.modules import rig_of
     from tmcm34x.ide.virtual import Virtual
     from tmcm34x.server import Server
 
-    path: str | None = options["eeprom"]
-    file = eeprom = None
+    path = options["eeprom"] if keep else None
+    file, eeprom = open_eeprom(Path(path), _report) if path else (None, None)
     try:
-        if path is not None:
-            file, eeprom = open_eeprom(Path(path), _report)
-        if options["bench"]:
-            rig, place = load(options["bench"], [eeprom]), options["bench"].name
-        else:
-            number = int(options["model"] or (eeprom.model if eeprom else 343))
-            rig, place = simple_rig(number, eeprom), "bare motors"
-    except (EepromError, BenchError) as error:
-        raise CliError(str(error)) from error
+        rig = rig_of(recipe, [eeprom, *memories[1:]] if file else memories)
+    except ValueError:
+        if file is not None:
+            file.close()
+        raise
     parameter_options.apply(options["parameters"], rig)
-    stores = [] if file is None else [keep(rig.modules[0].eeprom, file, _report)]
-    return Virtual(Server(rig, stores=stores, log=telegrams), place, path or "")
+    stores = [] if file is None else [keep_in(rig.modules[0].eeprom, file, _report)]
+    return Virtual(Server(rig, stores=stores, log=telegrams), recipe.name, path or "")
+
+
+def _target(modules: Modules, options: dict[str, Any]) -> Target:
+    from tmcm34x.host.exceptions import LinkError
+    from tmcm34x.ide.wire import RefusalError
+
+    try:
+        url = _url(options)
+        return modules.virtual(modules.recipe, keep=True) if url is None else modules.real(url)
+    except LinkError as error:
+        raise CliError(str(error)) from error
+    except RefusalError as error:
+        bench = options["bench"]
+        raise CliError((f"{bench}: " if bench else "") + str(error).rstrip(".")) from error
 
 
 def _report(line: str) -> None:

@@ -18,11 +18,12 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.host.effects import ALL_MOTORS, commands, consequence, moves
+from tmcm34x.host.polling import AXIS_BANK
+from tmcm34x.host.steps import QUIT_DOWNLOAD, RUN, STEP, STOP
 from tmcm34x.ide import wire
-from tmcm34x.ide.exchange import QUIT_DOWNLOAD, RUN_PROGRAM, STEP_PROGRAM, STOP_PROGRAM
 from tmcm34x.ide.motions import JOG_PATIENCE_S, Motion
 from tmcm34x.ide.sequences import Trouble
-from tmcm34x.ide.stopping import AXIS_BANK, RETRY_S, Stopping, stop_command
+from tmcm34x.ide.stopping import RETRY_S, Stopping, stop_command
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS
 from tmcm34x.tmcl.datagram import Instruction
@@ -113,9 +114,9 @@ class Authority:
         if moving:
             self.permit_motion(moving)
         self._take(commands(instruction))
-        if instruction.number in {RUN_PROGRAM, STEP_PROGRAM}:
+        if instruction.number in {RUN, STEP}:
             self._program_started = True
-        if instruction.number == STOP_PROGRAM:
+        if instruction.number == STOP:
             self._program_started = False
 
     @property
@@ -264,7 +265,7 @@ class Authority:
     def stop_all(self, *, downloading: bool = False) -> None:
         """Stop the program and all motors at once, and again until all have confirmed; latches."""
         first = [Instruction(QUIT_DOWNLOAD)] if downloading else []
-        self._target.urgent([*first, Instruction(STOP_PROGRAM), *map(stop_command, range(MOTORS))])
+        self._target.urgent([*first, Instruction(STOP), *map(stop_command, range(MOTORS))])
         self.latched = True
         for motion in tuple(self._motions.values()):
             self._remove(motion)
@@ -279,7 +280,7 @@ class Authority:
             self._program_task = asyncio.ensure_future(self._confirm_program())
 
     async def _confirm_program(self) -> None:
-        while (exchange := await self._target.exchange(Instruction(STOP_PROGRAM))).status != Status.OK:
+        while (exchange := await self._target.exchange(Instruction(STOP))).status != Status.OK:
             self._program_doubt = exchange.meaning
             self._changed()
             await asyncio.sleep(RETRY_S)
@@ -359,7 +360,7 @@ class Authority:
     def halt(self) -> None:
         """The server ends: stop at once what was started through it."""
         if self.real and (self._started or self._program_started):
-            program = [Instruction(STOP_PROGRAM)] if self._program_started else []
+            program = [Instruction(STOP)] if self._program_started else []
             self._target.urgent([*program, *map(stop_command, sorted(self._started))])
 
     async def close(self) -> str:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn, cast
 from tmcm34x.debug.dap import Adapter, Services
 from tmcm34x.debug.dap.messages import RequestError
 from tmcm34x.debug.sessions.remote import RemoteSession
-from tmcm34x.host.exceptions import HostError
+from tmcm34x.host.exceptions import HostError, LinkError
 from tmcm34x.ide import wire
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ class Debugger:
             self._tell_of_more()
             pause_s = IDLE_S
             if self._adapter is not None and not self._resting and self._watched:
-                pause_s = min(IDLE_S, await self._target.debug(self._adapter.work, polling=True))
+                pause_s = min(IDLE_S, await self._work(self._adapter))
                 self._tell_of_hits()
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._wake.wait(), pause_s)
@@ -141,9 +141,28 @@ class Debugger:
             session.permitted = self._free
         return session
 
+    async def _work(self, adapter: Adapter) -> float:
+        """Let the adapter look at the program; how long it needs no other look [s]."""
+        try:
+            return await self._target.debug(adapter.work, polling=True)
+        except LinkError:
+            return IDLE_S
+
     def rest(self, on: bool) -> None:
-        """Leave the module alone: it would store what it is sent."""
+        """Leave the module alone: it would store what it is sent, or is about to be left."""
         self._resting = on
+
+    def move(self, target: Target) -> None:
+        """Go on with another module; what windows have set is kept, and set there too."""
+        self._target = target
+        self._adapter = self._assembly = None
+        self._resting = False
+
+    async def renew(self) -> None:
+        """Have windows know what becomes of their breakpoints on another module."""
+        if self._windows and self._marks:
+            with contextlib.suppress(HostError):
+                await self._attach()
 
     # Windows
 
@@ -154,11 +173,19 @@ class Debugger:
         if isinstance(command, str) and command in {"attach", "configurationDone", "disconnect"}:
             window.take(_response(fields))
             self._greet(window, command)
-        elif error := self._refuse(fields) or await self._attach():
+        elif error := self._refuse(fields) or await self._forward(fields, window):
             window.take(_response(fields, error))
-        else:
-            await self._ask(fields, window)
-            self._wake.set()
+
+    async def _forward(self, request: Message, window: Window) -> str:
+        """Ask the adapter, which answers the window; why it was not asked."""
+        try:
+            if error := await self._attach():
+                return error
+            await self._ask(request, window)
+        except LinkError as error:
+            return str(error)
+        self._wake.set()
+        return ""
 
     def _refuse(self, fields: Message) -> str:
         """Why a request that could set motors in motion is not allowed."""

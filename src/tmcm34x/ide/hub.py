@@ -8,22 +8,21 @@ from __future__ import annotations
 import asyncio
 import secrets
 from collections.abc import Awaitable, Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x import __version__
-from tmcm34x.ide import sequences, wire
+from tmcm34x.host.steps import RESET, RUN, STOP
+from tmcm34x.ide import bench_calls, folder, sequences, switching, wire
 from tmcm34x.ide.authority import Authority
 from tmcm34x.ide.building import Built, build
 from tmcm34x.ide.debugger import Debugger
-from tmcm34x.ide.exchange import (
-    RESET_PROGRAM,
-    RUN_PROGRAM,
-    STOP_PROGRAM,
-)
 from tmcm34x.ide.loading import Loading
+from tmcm34x.ide.modules import Modules, plain
 from tmcm34x.ide.motions import BEGIN
 from tmcm34x.ide.permission import permission
-from tmcm34x.ide.virtual import Virtual
+from tmcm34x.ide.remote import Remote
+from tmcm34x.ide.switching import Switching
 from tmcm34x.ide.vocabulary import model_shape, tables
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
@@ -35,38 +34,96 @@ if TYPE_CHECKING:
     from tmcm34x.ide.workspace import Workspace
     from tmcm34x.toolchain.assembler import Assembly
 
-WATCH_S: Final = 1.0
-"""Between two looks at the folder."""
-
 
 class Hub:
     """What all windows share."""
 
-    def __init__(self, workspace: Workspace, target: Target, telegrams: Telegrams, show: list[str]) -> None:
+    def __init__(
+        self,
+        workspace: Workspace,
+        target: Target,
+        telegrams: Telegrams,
+        show: list[str],
+        modules: Modules | None = None,
+        *,
+        named: bool = True,
+    ) -> None:
         self.workspace = workspace
-        self.target = target
         self.telegrams = telegrams
-        self.authority = Authority(target, self.tell, self._program_stopped)
+        self._seat(target)
         self.debugger = Debugger(
-            target, workspace.folder, permission(self.authority), lambda: self.authority.free
+            target, workspace.folder, permission(lambda: self.authority), lambda: self.authority.free
         )
-        self._executor = sequences.Executor(target, self.tell)
+        self.switching = Switching(self, modules or plain(telegrams))
         self.pages: set[Page] = set()
         self.links: list[str] = []
         """Kind and address of each line on which other hosts reach a virtual module."""
         self._show = show
+        self._named = named
         self._start = secrets.token_hex(8)
-        self._files: list[wire.FileEntry] = []
-        self.loading = Loading(target, self.tell, self._hush)
+        self.folder = folder.Folder(workspace, self.tell, lambda: bool(self.pages))
+        owned = (
+            (self, _METHODS),
+            (self, bench_calls.METHODS),
+            (self.folder, folder.METHODS),
+            (self.switching, switching.METHODS),
+        )
+        self._methods = {
+            call: partial(method, owner) for owner, methods in owned for call, method in methods.items()
+        }
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def open(self) -> None:
         """Begin."""
+        await self._begin()
+        self._spawn(self.folder.watch())
+        self._spawn(self.debugger.run(self.tell, self._hurry))
+
+    # The module
+
+    _seats = 0
+
+    def _seat(self, target: Target) -> None:
+        """Take `target` as the module, with all that belongs to it."""
+        self._seats += 1
+        self.target = target
+        self.authority = Authority(target, self.tell, self._program_stopped)
+        self._executor = sequences.Executor(target, self.tell)
+        self.loading = Loading(target, self.tell, self._hush)
+
+    async def _begin(self) -> None:
         self._told = self._kind
         await self.target.open(self._from_target)
-        self._spawn(self._watch_folder())
-        self._spawn(self.debugger.run(self.tell, self._hurry))
-        self._spawn(self.authority.watch())
+        self._watching = self._spawn(self.authority.watch())
+
+    async def leave_target(self) -> str:
+        """Bring the module to rest and hang up; what is not known to be at rest."""
+        self.debugger.rest(True)
+        doubts = await self.authority.close()
+        self._watching.cancel()
+        await self.target.close()
+        return doubts
+
+    async def open_links(self) -> None:
+        """Open the lines on which other hosts reach a virtual module."""
+        self.links = await self.switching.open_links(self.target)
+
+    async def take_up(self, target: Target) -> None:
+        """Go on with another module, in all windows."""
+        self._seat(target)
+        self.debugger.move(target)
+        await self._begin()
+        try:
+            await self.open_links()
+        except wire.RefusalError as error:
+            self.links = []
+            self.tell(wire.Output("error", f"Other hosts cannot reach the module: {error}"))
+        for page in self.pages:
+            page.begin_anew()
+            self._greet(page)
+        self.watches_changed()
+        self._hurry()
+        self._spawn(self.debugger.renew())
 
     def halt(self) -> None:
         """The server ends: what was started through it is stopped at once."""
@@ -82,10 +139,11 @@ class Hub:
         await self.target.close()
         return doubts
 
-    def _spawn(self, work: Any) -> None:
+    def _spawn(self, work: Any) -> asyncio.Task[None]:
         task: asyncio.Task[None] = asyncio.create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+        return task
 
     # Pages
 
@@ -116,14 +174,18 @@ class Hub:
     def join(self, page: Page) -> None:
         """A window opens."""
         self.pages.add(page)
+        self._greet(page)
+        self.tell(wire.Windows(len(self.pages)))
+
+    def _greet(self, page: Page) -> None:
         page.send(self.welcome(page.number))
         page.send(self.target.link)
         page.send(self.authority.shape)
-        self.tell(wire.Windows(len(self.pages)))
 
     def leave(self, page: Page) -> None:
         """A window closes."""
         self.pages.discard(page)
+        self.switching.scanning.leave(page)
         self.authority.leave(page)
         self.tell(wire.Windows(len(self.pages)))
         self.watches_changed()
@@ -149,50 +211,23 @@ class Hub:
             listing=self.loading.listing,
             links=self.links,
             window=window,
+            seat=self._seats,
+            url=target.url.name if isinstance(target, Remote) else "",
+            named=self._named,
         )
 
     async def answer(self, page: Page, call: wire.Call) -> object:
         """Do what a page asks for."""
         begin = BEGIN.get(type(call))
         if begin is None:
-            return await _METHODS[type(call)](self, page, call)
-        if self.loading.busy:
-            raise wire.RefusalError("busy", "A download is under way.")
+            return await self._methods[type(call)](page, call)
+        self.expect_idle()
         return await begin(self.authority, self._executor, page, call)
 
-    # Files
-
-    async def _watch_folder(self) -> None:
-        while True:
-            if self.pages:
-                await self._look_at_folder()
-            await asyncio.sleep(WATCH_S)
-
-    async def _look_at_folder(self) -> None:
-        files = await asyncio.to_thread(self.workspace.files)
-        if files != self._files:
-            self._files = files
-            self.tell(wire.FilesChanged(files))
-
-    async def _list_files(self, page: Page, call: wire.ListFiles) -> list[wire.FileEntry]:
-        self._files = await asyncio.to_thread(self.workspace.files)
-        return self._files
-
-    async def _read_file(self, page: Page, call: wire.ReadFile) -> wire.FileText:
-        return await asyncio.to_thread(self.workspace.read, call.path)
-
-    async def _write_file(self, page: Page, call: wire.WriteFile) -> wire.FileEntry:
-        entry = await asyncio.to_thread(self.workspace.write, call.path, call.text, call.stamp, call.newline)
-        self._spawn(self._look_at_folder())  # after the answer: who wrote knows it first
-        return entry
-
-    async def _rename_file(self, page: Page, call: wire.RenameFile) -> None:
-        await asyncio.to_thread(self.workspace.rename, call.path, call.to)
-        self._spawn(self._look_at_folder())
-
-    async def _delete_file(self, page: Page, call: wire.DeleteFile) -> None:
-        await asyncio.to_thread(self.workspace.delete, call.path)
-        await self._look_at_folder()
+    def expect_idle(self) -> None:
+        """Refuse what a module would store as part of the program that is being downloaded."""
+        if self.loading.busy:
+            raise wire.RefusalError("busy", "A download is under way: the module would store this command.")
 
     # Programs
 
@@ -208,8 +243,7 @@ class Hub:
         program = assembly.program
         if answer.listing is None:
             return answer
-        if self.loading.busy:
-            raise wire.RefusalError("busy", "Another download is under way.")
+        self.expect_idle()
         if not program:
             raise wire.RefusalError("empty", f"{call.path} has no instructions.")
         if call.run:
@@ -254,15 +288,13 @@ class Hub:
     async def _why(self, page: Page, call: wire.Why) -> wire.Reasons:
         from tmcm34x.ide.reasons import explain
 
-        if self.loading.busy:
-            raise wire.RefusalError("busy", "A download is under way.")
+        self.expect_idle()
         return await explain(self.target, call.motor)
 
     # Running
 
     async def _control_program(self, page: Page, call: wire.ControlProgram) -> None:
-        if self.loading.busy:
-            raise wire.RefusalError("busy", "A download is under way.")
+        self.expect_idle()
         await self._control(call.action)
 
     async def _control(self, action: str) -> None:
@@ -291,8 +323,7 @@ class Hub:
         return await self._exchange(instruction, sure=call.sure)
 
     async def _exchange(self, instruction: Instruction, *, sure: bool) -> wire.Exchange:
-        if self.loading.busy:
-            raise wire.RefusalError("busy", "A download is under way: the module would store this command.")
+        self.expect_idle()
         self.authority.permit(instruction, sure=sure)
         return await self.target.exchange(instruction)
 
@@ -301,8 +332,8 @@ class Hub:
         return await self.target.send_ascii(call.line)
 
     async def _read_many(self, page: Page, call: wire.ReadMany) -> list[int | None]:
-        if self.loading.busy and not self.target.ability.peek:
-            raise wire.RefusalError("busy", "A download is under way.")
+        if not self.target.ability.peek:
+            self.expect_idle()
         return await self.target.read(call.items)
 
     async def _program_stopped(self) -> None:
@@ -335,47 +366,6 @@ class Hub:
         page.follow_log(call)
         self.telegrams.polls_wanted = any(other.wants_polls for other in self.pages)
 
-    # The bench
-
-    @property
-    def _bench(self) -> Virtual:
-        if not isinstance(self.target, Virtual):
-            raise wire.RefusalError("real", "Not available on a real module.")
-        return self.target
-
-    async def _set_bench(self, page: Page, call: wire.SetBench) -> None:
-        self._bench.set_bench(call)
-        if call.what == "power":
-            self.authority.forget()
-            await self.debugger.release()
-
-    async def _set_time(self, page: Page, call: wire.SetTime) -> None:
-        self._bench.set_time(call)
-
-    async def _step_time(self, page: Page, call: wire.StepTime) -> None:
-        self._bench.step_time(call)
-
-    async def _read_world(self, page: Page, call: wire.ReadWorld) -> wire.World:
-        return self._bench.hands.shape()
-
-    async def _read_eeprom(self, page: Page, call: wire.ReadEeprom) -> wire.Eeprom:
-        return self._bench.eeprom()
-
-    # Settings
-
-    async def _export_settings(self, page: Page, call: wire.ExportSettings) -> str:
-        from tmcm34x.ide.settings import export_settings
-
-        return await export_settings(self.target, self.tell, call.format)
-
-    async def _import_settings(self, page: Page, call: wire.ImportSettings) -> list[wire.Exchange]:
-        from tmcm34x.ide.settings import import_settings
-
-        async def exchange(instruction: Instruction) -> wire.Exchange:
-            return await self._exchange(instruction, sure=False)
-
-        return await import_settings(exchange, self.tell, call.text, self.target.model.number)
-
     async def _ping(self, page: Page, call: wire.Ping) -> None:
         return None
 
@@ -384,12 +374,13 @@ MAX_WATCHES: Final = 8
 MAX_RATE_HZ: Final = 60
 
 _CONTROL: Final[Mapping[str, tuple[int, ...]]] = {
-    "run": (RESET_PROGRAM, RUN_PROGRAM),
-    "stop": (STOP_PROGRAM,),
-    "reset": (RESET_PROGRAM,),
+    "run": (RESET, RUN),
+    "stop": (STOP,),
+    "reset": (RESET,),
 }
 """Control functions by action."""
 
+_OTHERS: Final = BEGIN.keys() | switching.METHODS.keys() | folder.METHODS.keys() | bench_calls.METHODS.keys()
 _METHODS: Final[Mapping[type, Callable[..., Awaitable[object]]]] = {
-    call: getattr(Hub, f"_{call.__struct_config__.tag}") for call in wire.CALLS if call not in BEGIN
+    call: getattr(Hub, f"_{call.__struct_config__.tag}") for call in wire.CALLS if call not in _OTHERS
 }

@@ -9,22 +9,18 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.host import program
-from tmcm34x.host.exceptions import HostError, VerifyError
+from tmcm34x.host.exceptions import HostError, ProtectedError, VerifyError
+from tmcm34x.host.steps import Steps
 from tmcm34x.ide import wire
 from tmcm34x.ide.building import identity
 from tmcm34x.ide.driving import run
-from tmcm34x.ide.exchange import READ_MEMORY, stored
 from tmcm34x.ide.virtual import Virtual
-from tmcm34x.tmcl.commands import PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.ide.target import Target, Tell
 
-_END_MARK: Final = Instruction(0)
-_NO_COMMANDS: Final = {0, 255}
-"""First bytes of a memory without a program: the end mark, and an erased EEPROM."""
 _EACH: Final = 64
 """Instructions between two messages of progress."""
 
@@ -60,38 +56,47 @@ class Loading:
             raise wire.RefusalError("module", f"{exchange.text}: {exchange.meaning}.")
         return exchange
 
-    async def put(self, listing: wire.Listing, program: tuple[Instruction, ...], *, replace: bool) -> None:
-        """Have the memory hold `program`; `replace` allows it over one that is not known."""
+    async def put(
+        self, listing: wire.Listing, instructions: tuple[Instruction, ...], *, replace: bool
+    ) -> None:
+        """Have the memory hold `instructions`; `replace` allows it over a program that is not known."""
         same = self.listing is not None and self.listing.identity == listing.identity
-        if same and (isinstance(self._target, Virtual) or await self._compare(program)):
+        if same and (isinstance(self._target, Virtual) or await self._compare(instructions)):
             return
         if not replace:
             await self._expect_known()
-        await self._store(program)
+        await self._store(instructions)
 
     async def _expect_known(self) -> None:
         """Refuse to write over a program that was not stored from here."""
-        if isinstance(self._target, Virtual) or (self._loaded and await self._compare(self._loaded)):
+        if isinstance(self._target, Virtual):
             return
-        exchange = await self.command(Instruction(READ_MEMORY))
-        if stored(bytes.fromhex(exchange.received)).number not in _NO_COMMANDS:
-            raise wire.RefusalError("unknown", "The module holds a program that this IDE has not loaded.")
+        try:
+            known = bool(self._loaded) and await self._compare(self._loaded)
+            if known or await self._ask(program.is_empty()):
+                return
+        except ProtectedError as error:
+            raise wire.RefusalError("unknown", f"The module may hold another program: {error}.") from error
+        raise wire.RefusalError("unknown", "The module holds a program that this IDE has not loaded.")
 
-    async def holds(self, program: Sequence[Instruction]) -> bool:
-        """Whether the memory holds `program`, and nothing behind it."""
-        end = [_END_MARK] if len(program) < PROGRAM_SIZE else []
-        same = bool(program) and await self._compare([*program, *end])
+    async def holds(self, instructions: Sequence[Instruction]) -> bool:
+        """Whether the memory holds these instructions, and nothing behind them.  Raises `wire.RefusalError`."""
+        same = bool(instructions) and await self._compare(program.with_end_mark(instructions))
         if same:
-            self._loaded = tuple(program)
+            self._loaded = tuple(instructions)
         return same
 
-    async def _compare(self, program: Sequence[Instruction]) -> bool:
-        """Whether the memory holds `program`."""
-        for address, instruction in enumerate(program):
-            exchange = await self._target.exchange(Instruction(READ_MEMORY, value=address))
-            if exchange.status != Status.OK or stored(bytes.fromhex(exchange.received)) != instruction:
-                return False
-        return True
+    async def _compare(self, instructions: Sequence[Instruction]) -> bool:
+        """Whether the memory holds these instructions.  Raises `wire.RefusalError` where it cannot be read."""
+        return await self._ask(program.holds(instructions))
+
+    async def _ask(self, steps: Steps[bool]) -> bool:
+        try:
+            return await run(self._target.ask, steps)
+        except ProtectedError:
+            raise
+        except HostError as error:
+            raise wire.RefusalError("module", f"{error}.") from error
 
     async def _store(self, instructions: tuple[Instruction, ...]) -> None:
         """Store a program and read it back."""
@@ -108,9 +113,7 @@ class Loading:
                 self._tell(wire.Progress("Downloading", now, total))
 
         try:
-            await run(
-                self._target.exchange, program.download(instructions, progress=progress, tell=self._say)
-            )
+            await run(self._target.ask, program.download(instructions, progress=progress, tell=self._say))
         except VerifyError as error:
             raise wire.RefusalError(
                 "verify", f"The program is not stored as it should be: {error}."
@@ -134,7 +137,7 @@ class Loading:
                 self._tell(wire.Progress("Reading", done, total))
 
         try:
-            return list(await run(self._target.exchange, program.upload(progress=progress)))
+            return list(await run(self._target.ask, program.upload(progress=progress)))
         except HostError as error:
             raise wire.RefusalError("module", f"{error}.") from error
         finally:

@@ -75,6 +75,10 @@ class Page:
         if self._reader is not None:
             self._reader.cancel()
 
+    def begin_anew(self) -> None:
+        """The module is another one."""
+        self._sampled = 0
+
     def hurry(self) -> None:
         """Send the state now: something happened that a person waits for."""
         self._hurry.set()

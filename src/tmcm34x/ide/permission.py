@@ -19,10 +19,11 @@ Permit = Callable[[str, Mapping[str, Any]], None]
 """Takes a request's command and arguments; raises `wire.RefusalError` where it may not be done."""
 
 
-def permission(authority: Authority) -> Permit:
-    """What a debugger must ask before each request."""
+def permission(of: Callable[[], Authority]) -> Permit:
+    """What a debugger must ask before each request; `of` gives the authority over the present module."""
 
     def permit(command: str, arguments: Mapping[str, Any]) -> None:
+        authority = of()
         if command in _GOING:
             authority.permit_program()
         elif command in _CHANGING:

@@ -19,7 +19,7 @@ async def explain(target: Target, motor: int) -> wire.Reasons:
     if not 0 <= motor < MOTORS:
         raise wire.RefusalError("range", f"Motors are 0..{MOTORS - 1}.")
     try:
-        facts = await run(target.exchange, why.read(motor, target.model.number))
+        facts = await run(target.ask, why.read(motor, target.model.number))
     except HostError as error:
         raise wire.RefusalError("module", f"{error}.") from error
     return wire.Reasons([reason.line for reason in why.reasons(facts)], why.unknown(facts))

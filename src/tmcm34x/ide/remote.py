@@ -12,7 +12,6 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from itertools import cycle
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
@@ -21,26 +20,27 @@ from tmcm34x.debug.sessions.base import Listener
 from tmcm34x.debug.sessions.remote import RemoteSession
 from tmcm34x.host.connection import Connection
 from tmcm34x.host.effects import moves
-from tmcm34x.host.exceptions import GarbledReplyError, LinkError, ReplyError
-from tmcm34x.host.steps import Follow
+from tmcm34x.host.exceptions import GarbledReplyError, HostError, LinkError, NoReplyError, ReplyError
+from tmcm34x.host.following import followed, following
+from tmcm34x.host.polling import Polled, Polling, reader
+from tmcm34x.host.steps import ASCII_MODE, FACTORY_RESET, VERSION
 from tmcm34x.ide import wire
-from tmcm34x.ide.exchange import ASCII_MODE, FACTORY_RESET, VERSION, answered, unanswered
+from tmcm34x.ide.exchange import answered, unanswered
 from tmcm34x.ide.polled import pack, put_held
-from tmcm34x.ide.readings import FAST, SLOW, Reading, column_of, command_of
-from tmcm34x.ide.sampling import Samples
+from tmcm34x.ide.sampling import Samples, column_of
 from tmcm34x.ide.state import State
 from tmcm34x.ide.terminal import Terminal, motors_of
-from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import Instruction, Reply, pack_request
-from tmcm34x.tmcl.global_parameters import BAUD_RATES
-from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_BY_KEY
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
+    from tmcm34x.host.url import Url
     from tmcm34x.ide.target import T, Tell
     from tmcm34x.ide.telegrams import Telegrams
 
 TIMEOUT_S: Final = 0.5
+RETRIES: Final = 2
+"""How often a command of an operation is sent again that only reads, or that the module says has not arrived."""
 RETRY_S: Final = 1.0
 """Between two attempts to find a lost module."""
 LOOKED_AT_S: Final = 3.0
@@ -48,28 +48,22 @@ LOOKED_AT_S: Final = 3.0
 PATIENCE: Final = 3
 """Commands in a row without an answer until the module counts as lost."""
 POLL: Final = "poll"
-
-_NEVER: Final = frozenset({
-    Status.INVALID_COMMAND, Status.WRONG_TYPE, Status.INVALID_VALUE, Status.NOT_AVAILABLE,
-})  # fmt: skip
-"""Answers that will be the same next time."""
-_SGP: Final = BY_MNEMONIC["SGP"].number
-_ADDRESS: Final = GLOBAL_BY_KEY["serial_address"].number
-_BAUD: Final = GLOBAL_BY_KEY["baud_rate"].number
+_SOURCES: Final[dict[str, wire.Source]] = {"serial": "serial", "tcp": "tcp", "can": "can", "slcan": "slcan"}
 
 
 class Remote:
-    """The module at `address` on the line `url`.
+    """The module that `url` names.
 
-    Opens the line at once; raises `LinkError`.
+    Opens the line at once and asks the module what it is; raises `LinkError`.
+
+    patient: a line that cannot be opened is tried again and again instead
     """
 
-    def __init__(self, url: str, baud: int, address: int, telegrams: Telegrams) -> None:
-        self.source: wire.Source = "tcp" if url.startswith("tcp://") or ":" in url else "serial"
+    def __init__(self, url: Url, telegrams: Telegrams, *, patient: bool = False) -> None:
+        self.source: wire.Source = _SOURCES[url.scheme]
         self.ability = wire.Ability(bench=False, debug=False, peek=False, language_server=True)
-        self._url = url
-        self._baud = baud
-        self._address = address
+        self.url = url
+        """The line as it is now: the IDE follows its own changes of address, rate and identifiers."""
         self._telegrams = telegrams
         self._tell: Tell = lambda event: None
         self._thread = ThreadPoolExecutor(1, "line")
@@ -85,8 +79,10 @@ class Remote:
         self._urgencies = 0
         """How often something urgent was sent: what was queued before may not be."""
         self.line = 0
-        self._values: dict[tuple[str, int], int] = {}
-        self._refused: set[Instruction] = set()
+        self._closed = False
+        self._garbled = False
+        """Bytes came last, but no reply."""
+        self._polling = Polling()
         self._watches: list[wire.Watched] = []
         self._watched: dict[Instruction, int | None] = {}
         self._terminal = Terminal()
@@ -94,27 +90,39 @@ class Remote:
         self.samples = Samples()
         self._seen = 0.0
         """When the module last sent a value [clocks]."""
-        self._connection: Connection | None = self._open_line()
         self.model, self.known = MODELS[343], False
-        self._take_model(self._identify())
+        self._connection: Connection | None = None
+        try:
+            self._connection = self._open_line()
+            self._take_model(self._identify(self._connection))
+        except LinkError:
+            self._lose()
+            self._up = False
+            if not patient:
+                raise
 
     @property
     def place(self) -> str:
         """Port, bit rate where there is one, and address."""
-        rate = f", {self._baud} baud" if self.source == "serial" else ""
-        return f"{self._url}{rate}, address {self._address}"
+        return self.url.place
+
+    @property
+    def _address(self) -> int:
+        return self.url.address
 
     def _open_line(self) -> Connection:
-        connection = Connection.open(self._url, baud=self._baud, address=self._address, timeout=TIMEOUT_S)
+        connection = Connection.open(self.url.name, timeout=TIMEOUT_S, retries=RETRIES)
         connection.listeners.append(self._note)
         return connection
 
-    def _identify(self) -> str:
+    def _identify(self, connection: Connection) -> str:
         """What the module says it is, such as `343V4.36`; empty while it says nothing."""
-        assert self._connection is not None
         try:
-            return self._connection.version()
-        except (ReplyError, ValueError):
+            return connection.version()
+        except HostError as error:
+            if isinstance(error, LinkError):
+                raise
+            self._garbled = not isinstance(error, NoReplyError)
             self._silent = PATIENCE
             self._up = False
             return ""
@@ -132,11 +140,12 @@ class Remote:
         self._task = asyncio.create_task(self._poll())
 
     async def close(self) -> None:
-        """Hang up."""
+        """Hang up; what is still queued is not sent."""
+        self._closed = True
         if self._task is not None:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)
-        self._thread.shutdown(wait=True, cancel_futures=True)
+        await asyncio.to_thread(self._thread.shutdown)
         if self._connection is not None:
             self._connection.close()
 
@@ -152,15 +161,37 @@ class Remote:
             return wire.Link(
                 False, f"The line {self.place} is gone; the IDE looks for it.", self.place, False
             )
-        text = f"No answer at {self.place}: check power, wiring, address and bit rate."
-        return wire.Link(False, text, self.place, False)
+        return wire.Link(False, self._trouble, self.place, False)
+
+    @property
+    def _trouble(self) -> str:
+        """Why a module that does not answer may be silent."""
+        if self._garbled:
+            return (
+                f"What comes at {self.place} is no reply: check the bit rate, and what else is on the line."
+            )
+        return f"No answer at {self.place}: check {self.url.checks}."
 
     # Talking
 
     async def exchange(self, instruction: Instruction) -> wire.Exchange:
         """Send a command and wait for its answer."""
+        return await self._send(instruction, "IDE", self._urgencies)
+
+    async def ask(self, instruction: Instruction) -> wire.Exchange:
+        """The same for operations, which have it sent again where that does no harm."""
+        if self._silent >= PATIENCE:
+            return unanswered(instruction, pack_request(self._address, instruction), _SILENT)
+        return await self._send(instruction, "IDE", self._urgencies, RETRIES)
+
+    async def _send(
+        self, instruction: Instruction, link: str, urgencies: int | None = None, retries: int = 0
+    ) -> wire.Exchange:
+        """Have the thread of the line send a command."""
+        if self._closed:
+            return unanswered(instruction, pack_request(self._address, instruction), _CLOSED)
         return await asyncio.get_running_loop().run_in_executor(
-            self._thread, self._exchange, instruction, "IDE", self._urgencies
+            self._thread, self._exchange, instruction, link, urgencies, retries
         )
 
     def urgent(self, instructions: Sequence[Instruction]) -> None:
@@ -172,11 +203,16 @@ class Remote:
         self._link = "IDE"
         leave = self._terminal.leave(self._address)
         with contextlib.suppress(LinkError):
-            connection.line.write(leave)
+            if leave:
+                connection.line.write(leave)
             connection.urgent(instructions)
 
-    def _exchange(self, instruction: Instruction, link: str, urgencies: int | None = None) -> wire.Exchange:
+    def _exchange(
+        self, instruction: Instruction, link: str, urgencies: int | None, retries: int
+    ) -> wire.Exchange:
         sent = pack_request(self._address, instruction)
+        if self._closed:
+            return unanswered(instruction, sent, _CLOSED)
         if urgencies not in {None, self._urgencies} and (self._hushed or moves(instruction)):
             return unanswered(instruction, sent, "not sent: STOP ALL came first")
         connection = self._connection
@@ -189,16 +225,18 @@ class Remote:
             if instruction.number == FACTORY_RESET:
                 connection.send(instruction)
                 return unanswered(instruction, sent, "sent: this command is never answered")
-            received = connection.ask(instruction, retries=0).telegram
+            received = connection.ask(instruction, retries=retries).telegram
         except GarbledReplyError as error:
+            self._garbled = True
             return unanswered(instruction, sent, f"no whole answer: {error}")
         except ReplyError:
             self._silent += 1
+            self._garbled = False
             return unanswered(instruction, sent, "no answer in time")
         except LinkError as error:
             self._lose()
             return unanswered(instruction, sent, str(error))
-        self._silent = 0
+        self._silent, self._garbled = 0, False
         exchange = answered(instruction, sent, received)
         if exchange.status == Status.OK:
             self._follow(instruction, connection)
@@ -221,18 +259,17 @@ class Remote:
         )
 
     def _follow(self, instruction: Instruction, connection: Connection) -> None:
-        """Go on at the address or bit rate that the module has from its next command on."""
-        match (instruction.number, instruction.type, instruction.motor):
-            case (number, kind, 0) if number == _SGP and kind == _ADDRESS:
-                self._address = instruction.value
-                connection.perform(Follow(address=self._address))
-            case (number, kind, 0) if number == _SGP and kind == _BAUD and self.source == "serial":
-                self._baud = BAUD_RATES[instruction.value]
-                connection.perform(Follow(baud=self._baud))
-            case (number, _, _) if number == ASCII_MODE:
-                self._terminal.on = True
-            case _:
+        """Go on at the address, bit rate or identifier that the module has from its next command on."""
+        if instruction.number == ASCII_MODE and not self.url.is_can:
+            self._terminal.on = True
+        elif change := following(instruction):
+            url = followed(self.url, change)
+            if url.place == self.place:
                 return
+            self.url = url
+            connection.perform(change)
+        else:
+            return
         self._moved = True
 
     def _note(self, sent: bool, data: bytes) -> None:
@@ -262,16 +299,20 @@ class Remote:
         """Do something with the session in the thread that has the line."""
 
         def linked() -> T:
+            if self._closed:
+                raise LinkError(_CLOSED)
             self._link = POLL if polling else "IDE"
             return work()
 
+        if self._closed:
+            raise LinkError(_CLOSED)
         return await asyncio.get_running_loop().run_in_executor(self._thread, linked)
 
     async def read(self, items: Sequence[wire.Watched]) -> list[int | None]:
         """Values of parameters and coordinates."""
         values: list[int | None] = []
         for item in items:
-            command = command_of(item)
+            command = reader(*_fields(item))
             if command is None or not self._up or self._hushed:
                 values.append(None)
                 continue
@@ -279,9 +320,7 @@ class Remote:
         return values
 
     async def _value(self, command: Instruction) -> int | None:
-        exchange = await asyncio.get_running_loop().run_in_executor(
-            self._thread, self._exchange, command, POLL
-        )
+        exchange = await self._send(command, POLL)
         return exchange.value if exchange.status == Status.OK else None
 
     # Polling
@@ -292,7 +331,6 @@ class Remote:
         self.samples.gap(self.now, self._watches)
 
     async def _poll(self) -> None:
-        slow = cycle(SLOW)
         while True:
             self._tell_link()
             if self._connection is None:
@@ -306,50 +344,37 @@ class Remote:
             elif self._hushed or time.monotonic() - self._looked_s > LOOKED_AT_S:
                 await asyncio.sleep(0.1)
             else:
-                await self._round(slow)
+                await self._round()
 
     async def _ask_version(self) -> None:
         """See whether the module answers again, and which one it is."""
-        exchange = await asyncio.get_running_loop().run_in_executor(
-            self._thread, self._exchange, Instruction(VERSION), POLL
-        )
+        exchange = await self._send(Instruction(VERSION), POLL)
         if exchange.status == Status.OK:
-            self._values.clear()
+            self._polling.forget()
             self._take_model(exchange.meaning)
 
-    async def _round(self, slow: cycle[Reading]) -> None:
+    async def _round(self) -> None:
         """All of the motion, what pages watch, and a little of the rest."""
         started = time.monotonic()
-        for reading in FAST:
-            await self._take(reading)
+        for polled in self._polling.due():
+            await self._take(polled)
         for item in tuple(self._watches):
-            command = command_of(item)
+            command = reader(*_fields(item))
             if command is not None and not self._hushed:
                 value = self._watched[command] = await self._value(command)
                 self.samples.add(self.now, {}, {item: value})
-        for _ in range(3):
-            await self._take(next(slow))
         await asyncio.sleep(max(0.0, 1 / 60 - (time.monotonic() - started)))
 
-    async def _take(self, reading: Reading) -> None:
-        if reading.command in self._refused or self._hushed or self._silent >= PATIENCE:
+    async def _take(self, polled: Polled) -> None:
+        if self._hushed or self._silent >= PATIENCE:
             return
-        exchange = await asyncio.get_running_loop().run_in_executor(
-            self._thread, self._exchange, reading.command, POLL
-        )
-        if exchange.status == Status.OK:
-            self._values[reading.key, reading.motor] = exchange.value
-            self._seen = self.now
-            self._sample(reading, exchange.value)
-        elif exchange.status in _NEVER:
-            self._refused.add(reading.command)
-            self._values.pop((reading.key, reading.motor), None)
-
-    def _sample(self, reading: Reading, value: int) -> None:
-        """A row for a value of a curve, at the time that it came."""
-        at = column_of(reading)
+        exchange = await self._send(polled.command, POLL)
+        if not self._polling.take(polled, exchange.status, exchange.value):
+            return
+        self._seen = self.now
+        at = column_of(polled)
         if at is not None:
-            self.samples.add(self._seen, {at: value})
+            self.samples.add(self._seen, {at: exchange.value})
 
     async def _find(self) -> None:
         await asyncio.sleep(RETRY_S)
@@ -359,8 +384,7 @@ class Remote:
             return
         self.line += 1
         self._silent = PATIENCE
-        self._values.clear()
-        self._refused.clear()
+        self._polling.forget()
 
     def _tell_link(self) -> None:
         up = self._connection is not None and self._silent < PATIENCE and not self._terminal.on
@@ -375,7 +399,7 @@ class Remote:
 
     def watched(self, items: Sequence[wire.Watched]) -> list[int | None]:
         """The values as last polled, None where the module refused or none was polled yet."""
-        commands = [command_of(item) for item in items]
+        commands = [reader(*_fields(item)) for item in items]
         return [None if command is None else self._watched.get(command) for command in commands]
 
     # State
@@ -383,7 +407,15 @@ class Remote:
     def state(self) -> State:
         """Everything as last polled."""
         self._looked_s = time.monotonic()
-        state = pack(self._values, self.now, self._seen, connected=self._connection is not None)
+        state = pack(self._polling.values, self.now, self._seen, connected=self._connection is not None)
         if self._session is not None and (self._session.in_steps or self._session.held_here):
             put_held(state, self._session.counter, held=self._session.held_here)
         return state
+
+
+def _fields(item: wire.Watched) -> tuple[int, int, int]:
+    return item.bank, item.number, item.motor
+
+
+_SILENT: Final = "not sent: the module does not answer"
+_CLOSED: Final = "not sent: the IDE is connected to another module"

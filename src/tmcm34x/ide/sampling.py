@@ -22,6 +22,7 @@ from tmcm34x.tmcl.commands import MOTORS
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
+    from tmcm34x.host.polling import Polled
 
 PERIOD: Final = clock.HZ // 50
 """Between two rows of a virtual module [clocks]."""
@@ -36,8 +37,21 @@ COUNTER: Final = BASE - 2
 OUTPUTS: Final = BASE - 1
 _HEAD: Final = struct.Struct("<dQQ")
 
+_OTHERS: Final = {"counter": COUNTER, "outputs": OUTPUTS}
+_CURVES: Final = {
+    (curve.key, motor): motor * len(CURVES) + index
+    for motor in range(MOTORS)
+    for index, curve in enumerate(CURVES)
+    if curve.key
+}
+
 Value = int | None
 """None is unknown."""
+
+
+def column_of(polled: Polled) -> int | None:
+    """The column of a polled value, None where it has none."""
+    return _OTHERS.get(polled.key) if polled.key in _OTHERS else _CURVES.get((polled.key, polled.motor))
 
 
 class Row(NamedTuple):

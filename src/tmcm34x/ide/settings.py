@@ -19,7 +19,11 @@ if TYPE_CHECKING:
 async def export_settings(target: Target, tell: Tell, form: Literal["tmcl", "toml"]) -> str:
     """All stored settings as text; `tell` takes a message where some could not be read."""
     model = target.model
-    readings = await run(target.exchange, settings.read(settings_items(model.number)))
+
+    def progress(done: int, total: int) -> None:
+        tell(wire.Progress("Reading settings", done, total))
+
+    readings = await run(target.ask, settings.read(settings_items(model.number), progress))
     missing = settings.missing(readings)
     if missing:
         text = f"The export is not complete: {len(missing)} settings could not be read: {missing[0]}"
@@ -29,25 +33,33 @@ async def export_settings(target: Target, tell: Tell, form: Literal["tmcl", "tom
 
 
 async def import_settings(
-    exchange: Callable[[Instruction], Awaitable[wire.Exchange]], tell: Tell, text: str, model: int
-) -> list[wire.Exchange]:
-    """Set what a text of `export_settings` says; the exchanges that set something.  Raises `wire.RefusalError`."""
+    exchange: Callable[[Instruction], Awaitable[wire.Exchange]],
+    tell: Tell,
+    call: wire.ImportSettings,
+    model: int,
+) -> wire.Imported:
+    """Set what a text of `export_settings` says.  Raises `wire.RefusalError`, also where not all was answered."""
     try:
-        found = settings.from_text(text, model)
+        found = settings.from_text(call.text, model)
     except FileError as error:
         raise wire.RefusalError("settings", f"{error}.") from error
-    exchanges: list[wire.Exchange] = []
-
-    async def noted(instruction: Instruction) -> wire.Exchange:
-        done = await exchange(instruction)
-        if any(instruction[:3] == item.write[:3] for item in found.values):
-            exchanges.append(done)
-        return done
-
+    if found.model not in {None, model} and not call.sure:
+        text = f"The settings are of a TMCM-{found.model}, the module is a TMCM-{model}"
+        raise wire.RefusalError("confirm", f"{text}: what both have is set, the rest is left out.")
     for name in found.skipped:
         tell(wire.Output("information", f"Not imported: {name}"))
+    done = 0
+
+    def progress(now: int, total: int) -> None:
+        nonlocal done
+        done = now
+        tell(wire.Progress("Importing", now, total))
+
     try:
-        await run(noted, settings.apply(found.values))
+        failures = await run(exchange, settings.apply(found.values, progress))
     except HostError as error:
-        raise wire.RefusalError("module", f"The import is not complete: {error}.") from error
-    return exchanges
+        text = f"The import is not complete: {done} of {len(found.values)} settings are set: {error}."
+        raise wire.RefusalError("module", text) from error
+    finally:
+        tell(wire.Progress("", 1, 1))
+    return wire.Imported(len(found.values), [f"{failure.item.path}: {failure.why}" for failure in failures])

@@ -53,6 +53,10 @@ class Target(Protocol):
         """Send a command and wait for its answer; status 0 is none in time."""
         ...
 
+    async def ask(self, instruction: Instruction) -> wire.Exchange:
+        """As `exchange`, for operations: sent again where no whole answer came and that does no harm."""
+        ...
+
     def urgent(self, instructions: Sequence[Instruction]) -> None:
         """Send commands at once, before all that is queued and without waiting for answers; nothing where no line is.
 

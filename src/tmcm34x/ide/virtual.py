@@ -16,13 +16,15 @@ from tmcm34x.board.board import INPUTS
 from tmcm34x.debug.sessions.base import Listener
 from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.firmware.axis import A_ACTUAL, RAMP_MODE, STOP_SWITCHES, V_ACTUAL, V_TARGET, X_ACTUAL, X_TARGET
+from tmcm34x.host.polling import COORDINATE_BANK, reader
+from tmcm34x.host.steps import ASCII_MODE, FACTORY_RESET
 from tmcm34x.ide import wire
 from tmcm34x.ide.curves import changes, curves, notable
-from tmcm34x.ide.exchange import ASCII_MODE, FACTORY_RESET, answered, unanswered
+from tmcm34x.ide.exchange import answered, unanswered
 from tmcm34x.ide.hands import Hands
 from tmcm34x.ide.sampling import Sampled, Samples
 from tmcm34x.ide.state import ALL_UNKNOWN, NOW, State, bits, empty, put
-from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS
+from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import SIZE, Instruction, pack_request
 from tmcm34x.tmcl.numbers import AP
 from tmcm34x.tmcl.status import Status
@@ -38,12 +40,8 @@ TIMEOUT_S: Final = 1.0
 LONGEST_STEP_MS: Final = 10_000
 LOOKED_AT_S: Final = 3.0
 """A page that asked for state less than this ago is looking."""
-COORDINATE_BANK: Final = -2
 
 _EVENT: Final = bytes((Status.POSITION_REACHED, 138))
-_READERS: Final = {-1: BY_MNEMONIC["GAP"].number, COORDINATE_BANK: BY_MNEMONIC["GCO"].number}
-"""Commands that read what is no global parameter, by the bank that stands for it."""
-_GGP: Final = BY_MNEMONIC["GGP"].number
 _SCALE: Final = (AP.MICROSTEP_RESOLUTION, AP.PULSE_DIVISOR, AP.RAMP_DIVISOR)
 """Axis parameters that make units of numbers: microstep resolution, pulse and ramp divisor."""
 
@@ -158,6 +156,10 @@ class Virtual:
                 self._reconnect()
             return answered(instruction, sent, received)
 
+    async def ask(self, instruction: Instruction) -> wire.Exchange:
+        """The same: nothing is lost on this line."""
+        return await self.exchange(instruction)
+
     def urgent(self, instructions: Sequence[Instruction]) -> None:
         """Send commands on a line of their own, without waiting for answers."""
         if self.plugged:
@@ -245,10 +247,10 @@ class Virtual:
     def _read(self, item: wire.Watched) -> int | None:
         if not self.module.powered:
             return None
-        if not (0 <= item.number <= 255 and 0 <= item.motor <= 255 and COORDINATE_BANK <= item.bank <= 255):
+        command = reader(item.bank, item.number, item.motor)
+        if command is None:
             return None
-        number, field = (_GGP, item.bank) if item.bank >= 0 else (_READERS[item.bank], item.motor)
-        status, value = self.module.peek(Instruction(number, item.number, field))
+        status, value = self.module.peek(command)
         return value if status == Status.OK else None
 
     def watch(self, items: Sequence[wire.Watched]) -> None:

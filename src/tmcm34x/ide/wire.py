@@ -138,7 +138,7 @@ class Shape(msgspec.Struct):
 
 
 Severity = Literal["error", "warning", "information", "hint"]
-Source = Literal["virtual", "serial", "tcp"]
+Source = Literal["virtual", "serial", "tcp", "can", "slcan"]
 MotionKind = Literal["jog", "profile", "search", "zero", "go", "turn", "store", "restore"]
 """What a window may have under way; see `Authority`."""
 Keeping = Literal["store", "restore"]
@@ -333,6 +333,22 @@ class Assembled(Shape):
     lines: list[int]
 
 
+class PortShape(Shape):
+    """A serial port of the server's computer."""
+
+    device: str
+    description: str
+
+
+class Ports(Shape):
+    """Where modules may be: serial ports, and the CAN interfaces that python-can knows."""
+
+    serial: list[PortShape]
+    can: list[str]
+    closed: str
+    """Why pages may open none of them; empty where they may."""
+
+
 class Exchange(Shape):
     """One command and its answer; status 0 is no answer in time."""
 
@@ -342,6 +358,13 @@ class Exchange(Shape):
     status: int
     value: int
     meaning: str
+
+
+class Imported(Shape):
+    """What became of settings that were set: how many there were, and those that the module refused."""
+
+    count: int
+    refused: list[str]
 
 
 class Telegram(Shape):
@@ -708,6 +731,53 @@ class ReadEeprom(Call, tag="read_eeprom"):
     returns: ClassVar[Any] = Eeprom
 
 
+class ListPorts(Call, tag="list_ports"):
+    """The ports of the server's computer; nothing is opened."""
+
+    returns: ClassVar[Any] = Ports
+
+
+class Scan(Call, tag="scan"):
+    """Look for modules on ports, given as URLs; opens them and asks for versions, which changes no module.
+
+    Goes on until it has looked everywhere, `StopScan`, or the end of the window; what it finds comes as events.
+    """
+
+    ports: list[str]
+    far: bool = False
+    """At all addresses, not only the lowest."""
+
+
+class StopScan(Call, tag="stop_scan"):
+    """Look no more."""
+
+
+class Connect(Call, tag="connect"):
+    """Go on with the module that a URL names, in all windows; what was begun on the present one is ended first.
+
+    Refused with `port` for what pages may not open, `line` when it cannot be opened, and `silent` when the module does
+    not answer, unless `anyway`.
+    """
+
+    url: str
+    anyway: bool = False
+
+
+class UseVirtual(Call, tag="use_virtual"):
+    """Go on with a virtual module, in all windows.
+
+    model: 0 is that of the last virtual module
+    bench: path of its bench file; empty for bare motors
+    text: stands before the file on disk
+    keep: with the memory of the last virtual module of this model: its program and stored settings
+    """
+
+    model: Literal[0, 341, 342, 343] = 0
+    bench: str = ""
+    text: str = ""
+    keep: bool = True
+
+
 class ExportSettings(Call, tag="export_settings"):
     """All stored settings as text, for version control or for another module."""
 
@@ -716,10 +786,14 @@ class ExportSettings(Call, tag="export_settings"):
 
 
 class ImportSettings(Call, tag="import_settings"):
-    """Set the parameters in a text of `export_settings`; the answers of all commands."""
+    """Set the parameters in a text of `export_settings`; what became of it.
+
+    Refused with code `confirm` where the settings are of another model, unless `sure`.
+    """
 
     text: str
-    returns: ClassVar[Any] = list[Exchange]
+    sure: bool = False
+    returns: ClassVar[Any] = Imported
 
 
 class Ping(Call, tag="ping"):
@@ -731,7 +805,7 @@ AnyCall = (
     | Assemble | Download | Upload | Adopt | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why
     | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog
     | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom
-    | ExportSettings | ImportSettings | Ping
+    | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping
 )  # fmt: skip
 """Everything a page may ask for."""
 
@@ -784,6 +858,12 @@ class Welcome(Event, tag="welcome"):
     """Kind and address of each line on which other hosts reach a virtual module."""
     window: int
     """This window's number, by which it knows its motions."""
+    seat: int
+    """Another number for each module that the server is connected to."""
+    url: str
+    """The line of a real module, as `Connect` takes it; empty for a virtual one."""
+    named: bool
+    """The server was started with a file or folder."""
 
 
 class FilesChanged(Event, tag="files_changed"):
@@ -872,6 +952,35 @@ class Link(Event, tag="link"):
     """The module speaks the ASCII interface: binary commands do not reach it."""
 
 
+class ScanProgress(Event, tag="scan_progress"):
+    """How far the scan of this window is: places done, all of them, and the present one."""
+
+    done: int
+    total: int
+    place: str
+
+
+class ScanFound(Event, tag="scan_found"):
+    """A module that answered the scan."""
+
+    url: str
+    place: str
+    model: int
+    version: str
+
+
+class ScanFailed(Event, tag="scan_failed"):
+    """A port could not be looked at, and why."""
+
+    text: str
+
+
+class ScanEnded(Event, tag="scan_ended"):
+    """The scan is over; not `complete` when it was stopped."""
+
+    complete: bool
+
+
 class Windows(Event, tag="windows"):
     """How many windows look at this module, with this one."""
 
@@ -888,6 +997,7 @@ class Output(Event, tag="output"):
 AnyEvent = (
     Answer | Refusal | Welcome | FilesChanged | Loaded | Progress
     | Telegrams | Happened | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint
+    | ScanProgress | ScanFound | ScanFailed | ScanEnded
 )  # fmt: skip
 """Everything that the server may send as text."""
 

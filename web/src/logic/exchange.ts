@@ -9,16 +9,12 @@ export async function exportSettings(format: "tmcl" | "toml"): Promise<void> {
 }
 
 async function importSettings(file: File): Promise<void> {
-    const exchanges = await ask({ call: "import_settings", text: await file.text() });
-    if (!exchanges) return;
-    const bad = exchanges.filter(exchange => exchange.status !== 100);
-    const silent = bad.filter(exchange => !exchange.status).length;
-    if (bad.length)
-        notify(
-            "warning",
-            `${bad.length} of ${exchanges.length} settings are not set: ${bad.length - silent} were refused, ${silent} had no reply. The first: ${bad[0]!.text}, ${bad[0]!.meaning}.`,
-        );
-    else notify("information", `${exchanges.length} settings taken over. They last until power-off unless stored.`);
+    const done = await ask({ call: "import_settings", text: await file.text() });
+    if (!done) return;
+    const { count, refused } = done;
+    if (refused.length)
+        notify("warning", `${refused.length} of ${count} settings were refused. The first: ${refused[0]}.`);
+    else notify("information", `${count} settings taken over. They last until power-off unless stored.`);
     await refresh();
 }
 

@@ -1,0 +1,70 @@
+"""A served module in a thread of its own, as behind a real line, with faults where a test wants them."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from tmcm34x.bench import simple_rig
+from tmcm34x.firmware.axis import V_ACTUAL
+from tmcm34x.links.faulty import Faults
+from tmcm34x.links.tcp import TcpLink
+from tmcm34x.server import Server
+
+Open = Callable[[Server], Any]
+
+
+async def tcp(server: Server, port: int = 0) -> str:
+    return await server.open(TcpLink("127.0.0.1", port))
+
+
+class Bench:
+    """Serves a module until `stop`; `address` is what the opened link says."""
+
+    def __init__(
+        self,
+        model: int = 343,
+        port: int = 0,
+        *,
+        faults: Sequence[str] = (),
+        link: Open | None = None,
+        seed: int = 0,
+    ) -> None:
+        self._ready = threading.Event()
+        self._model = model
+        self._open = link or (lambda server: tcp(server, port))
+        self.faults = Faults(seed=seed)
+        self._wanted = faults
+        self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()))
+        self._thread.start()
+        self._ready.wait()
+
+    async def _serve(self) -> None:
+        self._loop, self._end = asyncio.get_running_loop(), asyncio.Event()
+        self.rig = simple_rig(self._model)
+        self.module = self.rig.modules[0]
+        server = Server(self.rig, faults=self.faults)
+        try:
+            self.address = await self._open(server)
+            for fault in self._wanted:
+                self.faults.add(fault)
+        finally:
+            self._ready.set()
+        await self._end.wait()
+        await server.close()
+
+    def arm(self, *faults: str) -> None:
+        """Have faults strike from now on."""
+        for fault in faults:
+            self._loop.call_soon_threadsafe(self.faults.add, fault)
+
+    def speed(self, motor: int) -> int:
+        """The true speed, seen beside the line."""
+        return self.module.axes[motor].read(V_ACTUAL)
+
+    def stop(self) -> None:
+        if self._thread.is_alive():
+            self._loop.call_soon_threadsafe(self._end.set)
+            self._thread.join()
