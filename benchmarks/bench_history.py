@@ -78,7 +78,7 @@ def recording(build: Callable[[], Rig]) -> float:
         for rig in (plain, recorded):
             rig.modules[0].program.run()
         alone = run(plain, 200 * HZ)
-        ratios.append(run(History(recorded, build), 200 * HZ) / alone)
+        ratios.append(run(History(recorded), 200 * HZ) / alone)
     return median(ratios)
 
 
@@ -107,7 +107,7 @@ def main() -> None:
         assert assembly.ok
         build = builder(assembly, bench)
         print(f"{name}: recording takes {100 * (recording(build) - 1):+.1f} % of the time without")
-        session = BenchSession(build(), Silent(), Text(assembly), build=build)
+        session = BenchSession(build(), Silent(), Text(assembly), keeps_history=True)
         session.start(hold=False)
         session.advance(HOUR)
         session.pause()

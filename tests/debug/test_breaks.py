@@ -2,6 +2,8 @@
 
 import pytest
 
+from debug import debuggees
+from debug.debuggees import Notes, go
 from tmcm34x.bench.action import Action
 from tmcm34x.bench.builder import build
 from tmcm34x.bench.description import parse
@@ -9,8 +11,6 @@ from tmcm34x.clock import MS, NEVER, run_until
 from tmcm34x.debug.breaks import BREAKS
 from tmcm34x.debug.control import Breakpoint
 from tmcm34x.debug.expressions import ExpressionError, compile_expression
-from tmcm34x.debug.sessions.base import Text
-from tmcm34x.debug.sessions.bench import BenchSession
 from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.debug.watches import Watch
 from tmcm34x.toolchain.assembler import assemble
@@ -26,31 +26,8 @@ switch.right = { position = 100.0 }
 BARE_STOPS = STAGE.replace("switch.", "# switch.")
 
 
-class Notes:
-    def __init__(self):
-        self.stops = []
-        self.ended_times = 0
-
-    def held(self, stop):
-        self.stops.append(stop)
-
-    def ended(self):
-        self.ended_times += 1
-
-    def said(self, text, address):
-        raise AssertionError(text)
-
-
 def session(source, *keys, bench=STAGE, **conditions):
-    assembly = assemble(source)
-    assert assembly.ok, assembly.diagnostics
-
-    def make():
-        rig = build(parse(bench))
-        rig.modules[0].eeprom.write_program(assembly.program)
-        return rig
-
-    opened = BenchSession(make(), Notes(), Text(assembly), build=make)
+    opened, _ = debuggees.bench(source, build(parse(bench)), keeps_history=True)
     opened.set_breaks(dict.fromkeys(keys) | {k: compile_expression(v) for k, v in conditions.items()})
     opened.start(hold=False)
     opened.advance(NEVER)
@@ -60,11 +37,6 @@ def session(source, *keys, bench=STAGE, **conditions):
 def digest(opened):
     run_until(opened.rig, opened.rig.now)  # a pin that has just changed is taken notice of
     return opened.rig.digest()
-
-
-def go(opened):
-    opened.resume()
-    opened.advance(NEVER)
 
 
 TO_THE_SWITCH = """\
@@ -184,7 +156,7 @@ def test_the_way_back_finds_the_same_clocks(key):
         back.append((opened.rig.now, digest(opened)))
     assert back == list(zip(clocks, digests, strict=True))[::-1]
     opened.reverse_continue()
-    assert opened.listener.stops[-1].text == "the beginning of the history"
+    assert opened.listener.stops[-1].text == "the beginning of the history: nothing held before"
 
 
 # Positions that a motor passes

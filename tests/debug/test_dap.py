@@ -359,7 +359,7 @@ def test_steps_go_back_and_a_run_goes_back_to_a_breakpoint(file):
     assert (editor.go("stepBack"), editor.line()) == ("step", 9)
     assert (editor.go("reverseContinue"), editor.line(), editor.value("gp[1]")) == ("breakpoint", 10, "0")
     assert editor.go("reverseContinue") == "entry"
-    assert editor.events("stopped")[-1]["text"] == "the beginning of the history"
+    assert editor.events("stopped")[-1]["text"] == "the beginning of the history: nothing held before"
     assert [editor.go(), editor.go(), editor.go(), editor.go()] == [*["breakpoint"] * 3, "over"]
 
 

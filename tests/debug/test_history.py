@@ -4,81 +4,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from debug.debuggees import PROGRAM, bench, breakpoints, go
 from tmcm34x.bench import simple_rig
 from tmcm34x.bench.action import Action
 from tmcm34x.clock import HZ, MS, NEVER, run_until
-from tmcm34x.debug.control import Breakpoint
-from tmcm34x.debug.history import DENSE_CLOCKS, History, HistoryError
-from tmcm34x.debug.sessions.base import Text
-from tmcm34x.debug.sessions.bench import BenchSession
+from tmcm34x.debug.branches import HistoryError
+from tmcm34x.debug.history import DENSE_CLOCKS, History
 from tmcm34x.debug.watches import Watch
 from tmcm34x.tmcl.mnemonic import parse_instruction
-from tmcm34x.toolchain.assembler import assemble
-
-PROGRAM = """\
-        SAP   4, 0, 1200
-        SGP   1, 2, 0
-Loop:   CSUB  Move
-        GGP   1, 2
-        COMP  3
-        JC    LT, Loop
-        STOP
-Move:   MVP   REL, 0, 2000
-        CSUB  Wait
-        RSUB
-Wait:   WAIT  POS, 0, 0
-        GGP   1, 2
-        CALC  ADD, 1
-        AGP   1, 2
-        RSUB
-"""
-
-
-class Notes:
-    def __init__(self):
-        self.stops = []
-        self.ends = 0
-
-    def held(self, stop):
-        self.stops.append(stop)
-
-    def ended(self):
-        self.ends += 1
-
-    def said(self, text, address):
-        raise AssertionError(text)
-
-
-def program(source):
-    assembly = assemble(source)
-    assert assembly.ok, assembly.diagnostics
-    return assembly
-
-
-def session(source=PROGRAM, **options):
-    assembly = program(source)
-
-    def build():
-        rig = simple_rig()
-        rig.modules[0].eeprom.write_program(assembly.program)
-        return rig
-
-    return BenchSession(build(), Notes(), Text(assembly), build=build, **options)
 
 
 def started(source=PROGRAM):
-    opened = session(source)
+    opened, _ = bench(source, keeps_history=True)
     opened.start()
     return opened
 
 
-def go(opened):
-    opened.resume()
-    opened.advance(NEVER)
-
-
 def stops_at(opened, *addresses, **texts):
-    opened.set_breakpoints([Breakpoint.make(n, address, **texts) for n, address in enumerate(addresses)])
+    opened.set_breakpoints(breakpoints(*addresses, **texts))
 
 
 def counted(opened):
@@ -91,7 +34,7 @@ def counted(opened):
 def recorded(seconds=3.0, **options):
     """A bench with moves, commands and switches of `seconds`, and the digests that it had on its way."""
     rig = simple_rig()
-    history = History(rig, simple_rig, **options)
+    history = History(rig, **options)
     digests = {}
     for n in range(int(seconds * 10)):
         run_until(history, rig.now + 7)
@@ -146,13 +89,13 @@ def test_what_has_not_come_yet_cannot_be_reached():
 
 def test_memory_stays_within_its_limit_and_recent_snapshots_are_denser():
     rig = simple_rig()
-    history = History(rig, simple_rig, limit=20 * len(rig.snapshot()))
-    move_for(history, 100)
+    history = History(rig, limit=100 * History(rig).memory)
+    move_for(history, 200)
     assert history.memory <= history.limit
     clocks = [snapshot.clock for snapshot in history.branch.snapshots]
-    assert clocks[0] == 0 and len(clocks) > 10
+    assert clocks[0] == 0 and len(clocks) > 30
     assert clocks[-1] - clocks[-2] < clocks[2] - clocks[1]
-    plain = History(simple_rig(), simple_rig)
+    plain = History(simple_rig())
     move_for(plain, 33)
     assert history.look_at(plain.rig.now).digest() == plain.rig.digest()
 
@@ -168,7 +111,7 @@ def move_for(history, stretches):
 
 
 def test_a_history_without_room_keeps_its_newest_snapshot_and_names_the_oldest_moment():
-    history = History(simple_rig(), simple_rig, limit=1)
+    history = History(simple_rig(), limit=1)
     move_for(history, 5)
     assert history.oldest > 0
     with pytest.raises(HistoryError, match="the oldest moment is"):
@@ -250,7 +193,7 @@ def test_breakpoints_and_their_conditions_hold_in_reverse():
     opened.reverse_continue()
     assert (opened.program.counter, counted(opened)) == (11, 0)
     opened.reverse_continue()
-    assert opened.listener.stops[-1].text == "the beginning of the history"
+    assert opened.listener.stops[-1].text == "the beginning of the history: nothing held before"
     go(opened)
     assert (opened.program.counter, counted(opened)) == (11, 0)
 
@@ -275,37 +218,46 @@ def test_data_breakpoints_hold_in_reverse():
     assert opened.listener.stops[-1].text == "gp[1]: 0 → 1"
 
 
-def test_who_wrote_names_the_command_and_its_clock():
+def test_who_wrote_goes_to_just_before_the_write_and_names_the_command():
     opened = started()
     go(opened)
     write = opened.who_wrote("gp[1]")
     assert (write.address, write.before, write.after) == (13, 2, 3)
     assert write.cause.split() == ["AGP", "1,", "2"]
-    opened.go_to(write.clock - 1)
-    assert (opened.program.counter, counted(opened)) == (13, 2)
+    assert (opened.rig.now, opened.program.counter, counted(opened)) == (write.clock - 1, 13, 2)
+    assert opened.listener.stops[-1].reason == "goto"
     earlier = opened.who_wrote("gp[1]")
-    assert (earlier.address, earlier.after) == (13, 2)
+    assert (earlier.address, earlier.after, counted(opened)) == (13, 2, 1)
+
+
+def last_writes(opened, *texts):
+    """What wrote each value last, asked from the present moment, which is left as it is."""
+    now, writes = opened.rig.now, []
+    for text in texts:
+        writes.append(opened.who_wrote(text))
+        opened.go_to(now)
+    return writes
 
 
 def test_who_wrote_finds_a_write_of_the_same_value_an_input_and_the_module_itself():
     opened = started("SGP 5, 2, 7\nSGP 5, 2, 7\nMVP ABS, 0, 1000\nWAIT POS, 0, 0\nSTOP\n")
     stops_at(opened, 4)
     go(opened)
-    assert opened.who_wrote("gp[5]").address == 1
-    assert opened.who_wrote("ap[target_position][0]").address == 2
-    assert opened.who_wrote("ap[actual_position][0]").cause == "no command: the module itself"
+    variable, target, position = last_writes(
+        opened, "gp[5]", "ap[target_position][0]", "ap[actual_position][0]"
+    )
+    assert (variable.address, target.address) == (1, 2)
+    assert position.cause == "no command: the module itself"
     opened.execute(parse_instruction("SGP 5, 2, 8"))
     opened.view.assign("gp[6]", "9")
-    assert opened.who_wrote("gp[5]").cause.startswith("command of a host: SGP")
-    assert opened.who_wrote("gp[6]").cause == "debugger: gp[6] = 9"
-    assert opened.who_wrote("gp[9]") is None
+    commanded, assigned, never = last_writes(opened, "gp[5]", "gp[6]", "gp[9]")
+    assert commanded.cause.startswith("command of a host: SGP")
+    assert assigned.cause == "debugger: gp[6] = 9"
+    assert never is None
 
 
 def test_a_session_without_a_history_says_why():
-    assembly = program(PROGRAM)
-    rig = simple_rig()
-    rig.modules[0].eeprom.write_program(assembly.program)
-    opened = BenchSession(rig, Notes(), Text(assembly))
+    opened, _ = bench()
     opened.start()
     with pytest.raises(HistoryError, match="keeps no history"):
         opened.step_back(over=True)

@@ -2,75 +2,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from debug.debuggees import PROGRAM, Notes, bench, breakpoints, go
 from tmcm34x.bench import simple_rig
 from tmcm34x.clock import MS, NEVER, run_until
 from tmcm34x.debug.control import Breakpoint
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.sessions.base import Text
-from tmcm34x.debug.sessions.bench import BenchSession, at_rest
+from tmcm34x.debug.sessions.bench import at_rest
 from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.debug.watches import Watch
 from tmcm34x.tmcl.mnemonic import parse_instruction
 from tmcm34x.toolchain.assembler import assemble
 
 
-class Notes:
-    """Writes down what a session tells."""
-
-    def __init__(self):
-        self.stops = []
-        self.messages = []
-        self.ends = 0
-
-    def held(self, stop):
-        self.stops.append(stop)
-
-    def ended(self):
-        self.ends += 1
-
-    def said(self, text, address):
-        self.messages.append((address, text))
-
-
-PROGRAM = """\
-        SAP   4, 0, 1200
-        SGP   1, 2, 0
-Loop:   CSUB  Move
-        GGP   1, 2
-        COMP  3
-        JC    LT, Loop
-        STOP
-Move:   MVP   REL, 0, 2000
-        CSUB  Wait
-        RSUB
-Wait:   WAIT  POS, 0, 0
-        GGP   1, 2
-        CALC  ADD, 1
-        AGP   1, 2
-        RSUB
-"""
-
-
-def bench(source=PROGRAM):
-    rig = simple_rig()
-    assembly = assemble(source)
-    assert assembly.ok, assembly.diagnostics
-    rig.modules[0].eeprom.write_program(assembly.program)
-    notes = Notes()
-    return BenchSession(rig, notes, Text(assembly)), notes
-
-
 def lines(session):
     return [frame.location.line for frame in session.frames()]
-
-
-def breakpoints(*addresses, **texts):
-    return [Breakpoint.make(n, address, **texts) for n, address in enumerate(addresses)]
-
-
-def go(session):
-    session.resume()
-    session.advance(NEVER)
 
 
 def state(session):

@@ -25,7 +25,9 @@ class Clockwork:
     def __init__(self, wall, period=MS, work_s=0.0, ticks=NEVER):
         self.ports = []
         self.heard = []
-        self.modules = [SimpleNamespace(ports=self.ports, heard=self.heard, rig=self)]
+        self.modules = [
+            SimpleNamespace(ports=self.ports, heard=self.heard, rig=self, detach=self.ports.remove)
+        ]
         self.now = 0
         self.ticks = 0
         self.last = ticks
@@ -58,7 +60,7 @@ class Echo:
 @pytest.fixture(autouse=True)
 def echoing_ports(monkeypatch, request):
     if "wall" in request.fixturenames:
-        monkeypatch.setattr("tmcm34x.server.server.SerialPort", Echo)
+        monkeypatch.setattr("tmcm34x.bench.lines.SerialPort", Echo)
 
 
 @pytest.fixture

@@ -40,13 +40,19 @@ INPUT_NUMBERS: Final = {name: n for n, name in enumerate(d.Inputs.__struct_field
 assert INPUT_NUMBERS["SHUTDOWN"] == SHUTDOWN
 
 
-def load(path: str | Path, eeproms: Sequence[Eeprom | None] = ()) -> Rig:
+def load(
+    path: str | Path, eeproms: Sequence[Eeprom | None] = (), *, instruction_us: float | None = None
+) -> Rig:
     """The rig of a bench file, switched on.  Raises `BenchError`.
 
     eeproms: memories of the modules in their order; None or a missing one is a new memory
+    instruction_us: time of one TMCL instruction, instead of that of the file
     """
     try:
-        return build(d.read(path), eeproms)
+        bench = d.read(path)
+        if instruction_us is not None:
+            bench = msgspec.structs.replace(bench, instruction_us=instruction_us)
+        return build(bench, eeproms)
     except BenchError as error:
         text = str(error)
         raise BenchError(text if text.startswith(str(path)) else f"{path}: {text}") from error

@@ -115,7 +115,7 @@ class _Modules:
 
     def disconnect(self) -> None:
         for port in self._ports:
-            port.module.ports.remove(port)
+            port.module.detach(port)
 
 
 def open_line(url: Url) -> RigLine:

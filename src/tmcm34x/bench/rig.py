@@ -142,11 +142,25 @@ class Rig:
             self.load(before)
             raise SnapshotError("a damaged snapshot: its contents do not fit this bench") from error
 
+    def replica(self) -> Rig:
+        """Another rig of the same description, in the same state; see `recipe` for what it does not have.
+
+        Raises `BenchError` for a rig without a recipe.
+        """
+        if self._recipe is None:
+            raise BenchError("this bench was put together by hand: there is no second one of it")
+        return _rebuilt(self._recipe, self._profiles, self.save())
+
+    @property
+    def _profiles(self) -> tuple[str, ...]:
+        """Which parameters the modules have: a recipe does not know what they took later."""
+        return tuple([module.eeprom.profile for module in self.modules])
+
     def __reduce_ex__(self, protocol: SupportsIndex, /) -> str | tuple[Any, ...]:
         """Copies and pickles are built by the recipe, where there is one: compiled chips cannot be copied otherwise."""
         if self._recipe is None:
             return super().__reduce_ex__(protocol)
-        return _rebuilt, (self._recipe, self.save())
+        return _rebuilt, (self._recipe, self._profiles, self.save())
 
     def _settle(self) -> None:
         """Bring the worlds to the modules' clock; what one does may concern another."""
@@ -160,8 +174,11 @@ class Rig:
                     waiting = True
 
 
-def _rebuilt(recipe: Callable[[], Rig], state: Value) -> Rig:
+def _rebuilt(recipe: Callable[[], Rig], profiles: tuple[str, ...], state: Value) -> Rig:
     rig = recipe()
+    for module, profile in zip(rig.modules, profiles, strict=True):
+        if module.eeprom.profile != profile:
+            module.take_profile(profile)
     rig.load(state)
     return rig
 

@@ -1,181 +1,68 @@
 """The history of a bench: every past moment can be reached again.
 
 Runs are deterministic, so a past moment is the nearest snapshot before it, run on to its clock.  What comes from
-outside meanwhile is kept as `Input`s with their clocks: actions on the bench, telegrams, commands and assignments of
-a debugger.  Snapshots stand close together near the present and farther apart the older they are, so that the memory
-stays within a limit.
+outside meanwhile is kept as `Input`s with their clocks: actions on the bench, what comes over lines, and what a
+debugger does.  Snapshots stand close together near the present and farther apart the older they are, so that the
+memory stays within a limit.
 
 The past is looked at on a second rig of the same description: to look at it changes nothing.  `return_to` brings the
 bench itself back.  Going on from there repeats what happened; the first other input begins a new branch, and the
-branch that is left stays reachable until its memory is needed.
+branch that is left stays reachable until its memory is needed.  `go_on_from` begins a branch at once, for a bench
+whose lines have hosts at their other ends: what they have sent once is not sent again.
 
-A history stands between a bench and who moves its time: it is a `Part` itself.
+A history stands between a bench and who moves its time: it is a `Timed` itself.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+import zlib
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Final
 
-from tmcm34x.bench.action import Action, perform
-from tmcm34x.clock import HZ, MS, NEVER, run_until
-from tmcm34x.debug.view import View
-from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.clock import HZ
+from tmcm34x.debug.branches import INPUT_SIZE, Branch, Input, Snapshot
+from tmcm34x.debug.course import Course, change_lines
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
+    from tmcm34x.bench.action import Action
+    from tmcm34x.bench.lines import LineEnd
 
 LIMIT: Final = 64 << 20
 """Default memory of a history [bytes]."""
-DENSE_EVENTS: Final = 1000
-"""Events from one snapshot to the next, as they are taken."""
+DENSE_EVENTS: Final = 500
+"""Events and inputs from one snapshot to the next, as they are taken."""
 DENSE_CLOCKS: Final = 10 * HZ
 """Longest virtual time from one snapshot to the next while anything happens."""
-INPUT_SIZE: Final = 200
-"""Memory of an input, roughly [bytes]."""
-
-
-class HistoryError(ValueError):
-    """A moment that cannot be reached; one line with what can."""
-
-
-class Input(NamedTuple):
-    """Something that came from outside at a clock: a key of `INPUTS`, the module's index, and plain values."""
-
-    clock: int
-    kind: str
-    module: int
-    values: tuple[Any, ...]
-
-
-def _do_action(rig: Rig, module: int, name: str, *operands: Any) -> None:
-    perform(rig, Action(name, module, operands))
-
-
-def _do_command(rig: Rig, module: int, *fields: int) -> None:
-    rig.modules[module].execute(Instruction(*fields))
-
-
-def _do_assignment(rig: Rig, module: int, target: str, value: int) -> None:
-    View.of(rig.modules[module], rig.worlds[module]).assign(target, str(value))
-
-
-INPUTS: Final[Mapping[str, Callable[..., None]]] = {
-    "action": _do_action,
-    "command": _do_command,
-    "assignment": _do_assignment,
-}
-"""How each kind of input is done again."""
-
-
-class Snapshot(NamedTuple):
-    """The state of the bench at a clock, after so many inputs of its branch."""
-
-    clock: int
-    inputs: int
-    data: bytes
-
-
-@dataclass
-class Branch:
-    """One course of events: all its inputs and snapshots from the beginning on.
-
-    number: from 0, in the order in which they began
-    since: the clock at which it left an earlier branch
-    end: the last clock that it has reached
-    """
-
-    number: int
-    since: int
-    end: int
-    inputs: list[Input] = field(default_factory=list[Input])
-    snapshots: list[Snapshot] = field(default_factory=list[Snapshot])
-
-    def snapshot_before(self, clock: int) -> Snapshot:
-        """The last snapshot at or before `clock`; raises `HistoryError` where there is none."""
-        index = bisect_right(self.snapshots, clock, key=lambda snapshot: snapshot.clock)
-        if not index:
-            oldest = self.snapshots[0].clock
-            raise HistoryError(
-                f"{clock / MS:.0f} ms is no longer in memory; the oldest moment is {oldest / MS:.0f} ms"
-            )
-        return self.snapshots[index - 1]
-
-    def fork(self, number: int, clock: int, inputs: int) -> Branch:
-        """A branch that has the past of this one up to `clock` and so many inputs."""
-        kept = [s for s in self.snapshots if s.clock <= clock and s.inputs <= inputs]
-        return Branch(number, clock, clock, self.inputs[:inputs], kept)
-
-
-class Course:
-    """A rig on its way along a branch: inputs of the branch are done again at their clocks."""
-
-    def __init__(self, rig: Rig, branch: Branch, done: int) -> None:
-        self.rig = rig
-        self.branch = branch
-        self.done = done
-        """How many inputs of the branch have been done."""
-
-    def next_event(self) -> int:
-        """The next event of the rig, or the next input."""
-        inputs = self.branch.inputs
-        due = inputs[self.done].clock if self.done < len(inputs) else NEVER
-        return min(self.rig.next_event(), max(due, self.rig.now + 1))
-
-    def advance(self, now: int) -> None:
-        """Bring the rig to clock `now`, and do what is due."""
-        self.rig.advance(now)
-        for _ in self.repeat():
-            pass
-
-    def repeat(self) -> Iterator[Input]:
-        """Do the inputs that are due at the rig's clock; each is returned when it was done."""
-        inputs = self.branch.inputs
-        while self.done < len(inputs) and inputs[self.done].clock <= self.rig.now:
-            done = inputs[self.done]
-            self.done += 1
-            INPUTS[done.kind](self.rig, done.module, *done.values)
-            yield done
-
-    def start_from(self, snapshot: Snapshot) -> None:
-        """Bring the rig to a snapshot of the branch."""
-        self.rig.restore(snapshot.data)
-        self.done = snapshot.inputs
-
-    def go_to(self, clock: int) -> None:
-        """Bring the rig to `clock` from the nearest snapshot, or from where it is if that is nearer."""
-        snapshot = self.branch.snapshot_before(clock)
-        if not snapshot.clock <= self.rig.now <= clock:
-            self.start_from(snapshot)
-        for _ in self.repeat():
-            pass
-        run_until(self, clock)
+SPARE: Final = 0.05
+"""Part of the limit that is freed when it is reached."""
 
 
 class History:
     """The history of `rig` from now on.
 
-    build: makes another rig of the same description, on which the past is looked at
     limit: of the memory [bytes]
+
+    Raises `BenchError` for a bench of which no second one can be built.
     """
 
-    def __init__(self, rig: Rig, build: Callable[[], Rig], *, limit: int = LIMIT) -> None:
+    def __init__(self, rig: Rig, *, limit: int = LIMIT) -> None:
         self.rig = rig
         self.limit = limit
         self.on_change: list[Callable[[], None]] = []
         """Called when a branch begins or the bench is brought back."""
-        self._build = build
-        self._past: Course | None = None
+        self._looking = Course(rig.replica(), Branch(0, rig.now, rig.now), 0)
+        self._course = Course(rig, self._looking.branch, 0)
         self._abandoned: list[Branch] = []
-        self._course = Course(rig, Branch(0, rig.now, rig.now), 0)
         self._branches = 1
+        self._lines = 0
+        self._numbers: dict[LineEnd, int] = {}
         self._events = 0
         self._repeating = False
         self._size = 0
         self._snapshot_due = 0
         self._snapshot()
+        self._looking.start_from(self.branch.snapshots[0])
         rig.on_action.append(self._note_action)
 
     def close(self) -> None:
@@ -197,7 +84,7 @@ class History:
     @property
     def oldest(self) -> int:
         """The oldest clock of the present branch that can be reached."""
-        return self.branch.snapshots[0].clock
+        return self.branch.oldest
 
     @property
     def past(self) -> Rig:
@@ -207,14 +94,20 @@ class History:
     @property
     def memory(self) -> int:
         """Memory of all snapshots and inputs [bytes]."""
-        return self._size + INPUT_SIZE * sum(len(branch.inputs) for branch in self.branches)
+        return self._size
 
     def _measure(self) -> None:
-        """Add up the snapshots anew: branches share those of their common past."""
-        snapshots = {id(s): len(s.data) for branch in self.branches for s in branch.snapshots}
-        self._size = sum(snapshots.values())
+        """Add up everything anew: branches share what they have of a common past."""
+        snapshots = {id(s): s.size for branch in self.branches for s in branch.snapshots}
+        inputs = {id(item) for branch in self.branches for item in branch.inputs}
+        self._size = sum(snapshots.values()) + INPUT_SIZE * len(inputs)
 
     # Time
+
+    @property
+    def now(self) -> int:
+        """The bench's clock."""
+        return self.rig.now
 
     def next_event(self) -> int:
         """The next clock at which something happens, inputs that are repeated included."""
@@ -228,14 +121,17 @@ class History:
             self.rig.advance(now)
         if now > self.branch.end:
             self.branch.end = now
-            self._events += 1
-            if self._events >= DENSE_EVENTS or now >= self._snapshot_due:
-                self._snapshot()
+            self._count_event(now)
+
+    def _count_event(self, now: int) -> None:
+        self._events += 1
+        if self._events >= DENSE_EVENTS or now >= self._snapshot_due:
+            self._snapshot()
 
     @property
     def _repeats(self) -> bool:
         """Whether inputs of the branch are still to come."""
-        return self._course.done < len(self._course.branch.inputs)
+        return self._course.done < self._course.branch.count
 
     def _repeat(self, now: int) -> None:
         self._repeating = True
@@ -246,25 +142,58 @@ class History:
 
     # Inputs
 
-    def record(self, kind: str, module: int, values: tuple[Any, ...]) -> None:
+    def record(self, kind: str, index: int, values: tuple[Any, ...]) -> None:
         """Keep an input that was just done at the bench's clock."""
-        if self._repeating:
-            return
-        course, now = self._course, self.rig.now
+        if not self._repeating:
+            self._record(self.rig.now, kind, index, values)
+            self._count_event(self.rig.now)
+
+    def record_hold(self, kind: str, index: int, values: tuple[Any, ...]) -> None:
+        """Keep that a program is held in the middle of the event that is under way: `HELD` or `REFUSED`."""
+        if not self._repeating:
+            self._record(self.rig.modules[index].now, kind, index, values)
+
+    def _record(self, now: int, kind: str, index: int, values: tuple[Any, ...]) -> None:
+        course = self._course
         if self._repeats or now < course.branch.end:
-            self._begin_branch(now)
-        course.branch.inputs.append(Input(now, kind, module, values))
+            self._begin_branch(course.branch, now, course.done)
+        course.branch.inputs.append(Input(now, kind, index, values))
         course.done += 1
+        self._size += INPUT_SIZE
 
     def _note_action(self, action: Action, _: int) -> None:
         self.record("action", action.module, (action.name, *action.operands))
 
-    def _begin_branch(self, now: int) -> None:
+    def _begin_branch(self, parent: Branch, clock: int, done: int) -> None:
+        """Leave the present branch for a new one that shares the past of `parent`."""
         course = self._course
         self._abandoned.append(course.branch)
-        course.branch = course.branch.fork(self._branches, now, course.done)
+        course.branch = parent.fork(self._branches, clock, done)
+        course.end_holding()
         self._branches += 1
+        self._events = 0
+        self._snapshot_due = clock + DENSE_CLOCKS
+        self._measure()
         self._changed()
+
+    # What comes over lines; a `server.Recorder`
+
+    def plugged(self, end: LineEnd) -> None:
+        """A line was plugged in."""
+        number = self._lines = self._lines + 1
+        self._course.lines[number] = end
+        self._numbers[end] = number
+        self.record("plugged", number, end.describe())
+
+    def received(self, end: LineEnd, values: tuple[Any, ...]) -> None:
+        """`end.receive` was called with these values."""
+        self.record("received", self._numbers[end], values)
+
+    def unplugged(self, end: LineEnd) -> None:
+        """A line was unplugged."""
+        number = self._numbers.pop(end)
+        del self._course.lines[number]
+        self.record("unplugged", number, ())
 
     # The past
 
@@ -273,43 +202,49 @@ class History:
 
         Raises `HistoryError` where that moment cannot be reached.
         """
-        branch = branch or self.branch
-        return self.course_to(self._reached(clock, branch), branch).rig
-
-    @staticmethod
-    def _reached(clock: int, branch: Branch) -> int:
-        if clock > branch.end:
-            raise HistoryError(
-                f"{clock / MS:.0f} ms has not come yet; the branch ends at {branch.end / MS:.0f} ms"
-            )
-        return clock
+        return self.course_to(clock, branch).rig
 
     def course_to(self, clock: int, branch: Branch | None = None) -> Course:
-        """A course along a branch that stands at `clock`, on the rig for looking at the past."""
+        """A course along a branch that stands at `clock`, on the rig for looking at the past.
+
+        Raises `HistoryError` where that moment cannot be reached.
+        """
         course, branch = self._looking, branch or self.branch
+        branch.check(clock)
         if course.branch is not branch:
-            self._past = course = Course(course.rig, branch, 0)
+            course.branch = branch
             course.start_from(branch.snapshot_before(clock))
         course.go_to(clock)
         return course
 
-    @property
-    def _looking(self) -> Course:
-        if self._past is None:
-            self._past = Course(self._build(), self.branch, 0)
-            self._past.start_from(self.branch.snapshots[0])
-        return self._past
-
     def return_to(self, clock: int, branch: Branch | None = None) -> None:
         """Bring the bench itself back to `clock`; going on repeats the branch until something else is done."""
         branch = branch or self.branch
-        course = self.course_to(self._reached(clock, branch), branch)
+        course = self.course_to(clock, branch)
         if branch is not self.branch:
             self._abandoned = [*(b for b in self._abandoned if b is not branch), self.branch]
             self._course.branch = branch
         self.rig.load(course.rig.save())
         self._course.done = course.done
         self._changed()
+
+    def go_on_from(self, clock: int, branch: Branch | None = None) -> None:
+        """Bring the bench itself back to `clock` in a new branch.
+
+        Lines stay plugged in as they are now.  Those that were there at `clock` speak binary or text as they did then;
+        nothing that was half received then is kept, and no reply that was owed then is sent.
+        """
+        branch = branch or self.branch
+        course, shapes = self.course_to(clock, branch), self._course.shapes
+        done = course.done
+        course.end_holding()
+        change_lines(course, 0, *shapes)
+        self.rig.load(course.rig.save())
+        self._begin_branch(branch, clock, done)
+        self._course.done = done
+        self._record(clock, "lines", 0, shapes)
+        self._looking.branch, self._looking.done = self.branch, self.branch.count
+        self._snapshot()
 
     def _changed(self) -> None:
         for listener in self.on_change:
@@ -318,29 +253,32 @@ class History:
     # Memory
 
     def _snapshot(self) -> None:
-        branch = self.branch
-        data = self.rig.snapshot()
-        branch.snapshots.append(Snapshot(self.rig.now, self._course.done, data))
+        data = zlib.compress(self.rig.snapshot(), 1)
+        snapshot = Snapshot(self.rig.now, self._course.done, self._course.shapes, data)
+        self.branch.snapshots.append(snapshot)
         self._events = 0
-        self._size += len(data)
+        self._size += snapshot.size
         self._snapshot_due = self.rig.now + DENSE_CLOCKS
-        while self.memory > self.limit and self._make_room():
+        if self._size > self.limit:
+            self._make_room(self.limit - round(self.limit * SPARE))
+
+    def _make_room(self, limit: int) -> None:
+        """Drop the oldest branches that were left, then what is missed least."""
+        while self._size > limit and self._drop_something():
             self._measure()
 
-    def _make_room(self) -> bool:
-        """Drop the oldest branch that was left, or the snapshot that is missed least; whether there was one."""
+    def _drop_something(self) -> bool:
+        """Whether there was something to drop."""
+        branch = self.branch
         if self._abandoned:
-            del self._abandoned[0]
-            return True
-        snapshots, end = self.branch.snapshots, self.branch.end
-        if len(snapshots) <= 2:
-            if len(snapshots) == 2:
-                del snapshots[0]
-                return True
+            gone = self._abandoned.pop(0)
+            if self._looking.branch is gone:
+                self._looking.branch = branch
+                self._looking.start_from(branch.snapshots[0])
+        elif len(branch.snapshots) > 2 and INPUT_SIZE * len(branch.inputs) < self.limit // 2:
+            branch.thin()
+        elif len(branch.snapshots) > 1:
+            branch.forget_oldest()
+        else:
             return False
-        gaps = [
-            (snapshots[n + 1].clock - snapshots[n - 1].clock) / (end - snapshots[n].clock + 1)
-            for n in range(1, len(snapshots) - 1)
-        ]
-        del snapshots[1 + gaps.index(min(gaps))]
         return True

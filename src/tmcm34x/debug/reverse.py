@@ -13,17 +13,20 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from tmcm34x.debug.breaks import Breaks, Wanted
 from tmcm34x.debug.control import Breakpoint, Control, Stop, always
-from tmcm34x.debug.expressions import Reference, compile_reference, values_of
+from tmcm34x.debug.course import HELD, REFUSED
+from tmcm34x.debug.expressions import ExpressionError, Reference, compile_reference, values_of
 from tmcm34x.debug.view import View
 from tmcm34x.debug.watches import Watch, Watches
 from tmcm34x.firmware.commands.coordinates import ALL_COORDINATES, ALL_MOTORS
 from tmcm34x.tmcl.commands import BY_NUMBER, PROGRAM_SIZE
-from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.datagram import CAN_SIZES, Instruction, unpack_can_request, unpack_request
 from tmcm34x.tmcl.mnemonic import format_instruction
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
-    from tmcm34x.debug.history import Course, History, Input
+    from tmcm34x.debug.branches import Branch, Input
+    from tmcm34x.debug.course import Course
+    from tmcm34x.debug.history import History
     from tmcm34x.firmware.program import Program
 
 USER_BANK: Final = 2
@@ -91,34 +94,60 @@ def _let_pass(_: int) -> bool:
     return False
 
 
-def stretches(history: History, until: int) -> Iterator[tuple[int, int]]:
+class Here(NamedTuple):
+    """Where a search begins: `rig` as it is now, at its clock in `branch`; module: whose program is meant."""
+
+    history: History
+    rig: Rig
+    branch: Branch
+    module: int = 0
+
+    @property
+    def clock(self) -> int:
+        """The clock of the present moment."""
+        return self.rig.now
+
+    @property
+    def program(self) -> Program:
+        """The program that is meant."""
+        return self.rig.modules[self.module].program
+
+    def view(self, rig: Rig) -> View:
+        """The module on a rig, by names."""
+        return View.of(rig.modules[self.module], rig.worlds[self.module])
+
+    def course_to(self, clock: int) -> Course:
+        """A course along the branch that stands at `clock`; `rig` may be the one that it moves."""
+        return self.history.course_to(clock, self.branch)
+
+    def moments(
+        self, course: Course, until: int, addresses: frozenset[int] | None = None
+    ) -> Iterator[Moment]:
+        """The moments before commands up to `until`; see `moments`."""
+        return moments(course, until, addresses, self.module)
+
+
+def stretches(branch: Branch, until: int) -> Iterator[tuple[int, int]]:
     """The stretches between snapshots before `until`, as first and last clock, the latest first."""
-    clocks = sorted({snapshot.clock for snapshot in history.branch.snapshots if snapshot.clock < until})
+    clocks = sorted({snapshot.clock for snapshot in branch.snapshots if snapshot.clock < until})
     for start in reversed(clocks):
         yield start, until
         until = start
 
 
-def last_moment(
-    history: History,
-    until: int,
-    wanted: Callable[[Rig, Moment], bool],
-    *,
-    addresses: frozenset[int] | None = None,
-    module: int = 0,
-) -> Moment | None:
-    """The last moment before a command that took effect up to `until`, and for which `wanted` holds.
+def last_moment(here: Here, wanted: Callable[[Moment], bool]) -> Moment | None:
+    """The last moment before a command that took effect up to now, and for which `wanted` holds.
 
     Runs commands one by one in windows that grow, so that a command shortly before is found at once.
     """
-    step = history.rig.modules[module].instruction_clocks
-    for start, end in stretches(history, until):
-        window = FIRST_WINDOW * step if addresses is None else end - start
+    step = here.rig.modules[here.module].instruction_clocks
+    for start, end in stretches(here.branch, here.clock):
+        window = FIRST_WINDOW * step
         while True:
             begin = max(start, end - window)
             found = None
-            for moment in moments(history.course_to(begin), end, addresses, module):
-                if wanted(history.past, moment):
+            for moment in here.moments(here.course_to(begin), end):
+                if wanted(moment):
                     found = moment
             if found is not None or begin == start:
                 break
@@ -128,16 +157,14 @@ def last_moment(
     return None
 
 
-def previous_command(history: History, module: int = 0, *, over: bool) -> Moment | None:
+def previous_command(here: Here, *, over: bool) -> Moment | None:
     """The moment before the last command; `over`: of those in the present routine or further out."""
-    program = history.rig.modules[module].program
-    depth = len(program.stack)
-    executed = program.executed
+    depth, executed = len(here.program.stack), here.program.executed
 
-    def wanted(_: Rig, moment: Moment) -> bool:
+    def wanted(moment: Moment) -> bool:
         return moment.executed < executed and (not over or moment.depth <= depth)
 
-    return last_moment(history, history.rig.now, wanted, module=module)
+    return last_moment(here, wanted)
 
 
 # Breakpoints
@@ -163,64 +190,94 @@ class Sought(NamedTuple):
         return any(met.enough is not always for met in (*self.breakpoints, *self.watches))
 
 
-def previous_stop(history: History, sought: Sought, module: int = 0) -> Past | None:
+def previous_stop(here: Here, sought: Sought) -> Past | None:
     """Where one of these would have held last before now.
 
     Hit counts are those since the beginning of the history.
     """
-    finder = _Finder(history, sought, module)
-    until = history.rig.now
+    finder = _Finder(here, sought)
     if sought.counts_hits:
-        return finder.last_in(history.oldest, until)
-    for start, end in stretches(history, until):
+        return finder.last_in(here.branch.oldest, here.clock)
+    for start, end in stretches(here.branch, here.clock):
         found = finder.last_in(start, end)
         if found is not None:
             return found
     return None
 
 
-class _Finder:
-    """Looks for the last place in a stretch at which something holds, as `BenchSession.advance` looks for the next."""
+def next_stop(here: Here, sought: Sought) -> Past | None:
+    """Where one of these held first after now, on the way that the branch took; None up to its end."""
+    start = here.branch.oldest if sought.counts_hits else here.clock
+    return _Finder(here, sought).first_after_now(start)
 
-    def __init__(self, history: History, sought: Sought, module: int) -> None:
-        self._history = history
+
+def next_command(here: Here, depth: int | None) -> Moment | None:
+    """The first moment after now before a command with at most `depth` CSUBs open; None: however many are open."""
+    now = here.clock
+    for moment in here.moments(here.course_to(now), here.branch.end):
+        if moment.clock > now and (depth is None or moment.depth <= depth):
+            return moment
+    return None
+
+
+class _Finder:
+    """Looks for places in a stretch at which something holds, as `BenchSession.advance` looks for the next."""
+
+    def __init__(self, here: Here, sought: Sought) -> None:
+        self._here = here
+        self._now = here.clock
         self._sought = sought
-        self._module = module
-        self._found: Past | None = None
 
     def last_in(self, start: int, end: int) -> Past | None:
         """The last place after `start` up to `end`, and before now."""
-        self._found = None
-        course = self._history.course_to(start)
-        program = course.rig.modules[self._module].program
-        view = View.of(course.rig.modules[self._module], course.rig.worlds[self._module])
+        found = None
+        for place in self._places(start, end):
+            if place.clock < self._now:
+                found = place
+        return found
+
+    def first_after_now(self, start: int) -> Past | None:
+        """The first place after now, up to the end of the branch; hits are counted from `start` on."""
+        places = self._places(start, self._here.branch.end)
+        return next((place for place in places if place.clock > self._now), None)
+
+    def _places(self, start: int, end: int) -> Iterator[Past]:
+        """All places after `start` up to `end`."""
+        course, here, sought = self._here.course_to(start), self._here, self._sought
+        program, view = course.rig.modules[here.module].program, here.view(course.rig)
         control, watched = Control(view.read, _say_nothing), Watches(view)
-        breaks = Breaks(course.rig.modules[self._module], course.rig.worlds[self._module], view.read)
-        control.set_breakpoints([replace(b, hits=0) for b in self._sought.breakpoints if not b.message])
-        watched.set([replace(w, hits=0) for w in self._sought.watches])
-        breaks.set(self._sought.breaks)
-        addresses = None if watched or breaks.each_command else control.addresses
-        program.hook(_let_pass, addresses)
+        breaks = Breaks(course.rig.modules[here.module], course.rig.worlds[here.module], view.read)
+        control.set_breakpoints([replace(b, hits=0) for b in sought.breakpoints if not b.message])
+        watched.set([replace(w, hits=0) for w in sought.watches])
+        breaks.set(sought.breaks)
+        program.hook(_let_pass, None if watched or breaks.each_command else control.addresses)
         try:
-            self._run(course, end, control, watched, breaks)
+            for clock, stop in _stops(course, program, end, _Looks(control, watched, breaks)):
+                if stop is not None:
+                    yield Past(clock, stop)
         finally:
             program.unhook(_let_pass)
             breaks.close()
-        return self._found
 
-    def _run(self, course: Course, end: int, control: Control, watched: Watches, breaks: Breaks) -> None:
-        program = course.rig.modules[self._module].program
-        while (when := min(course.next_event(), watched.next_event())) <= end:
-            if comes(program, when) and control.concerns(program.upcoming):
-                course.advance(max(course.rig.now, when - 1))
-                self._note(control.look(program.counter, len(program.stack)), course.rig.now)
-            course.advance(when)
-            self._note(breaks.look(program.counter), when)
-            self._note(watched.look(program.counter), when)
 
-    def _note(self, stop: Stop | None, clock: int) -> None:
-        if stop is not None and clock < self._history.rig.now:
-            self._found = Past(clock, stop)
+class _Looks(NamedTuple):
+    """What decides where a program is held."""
+
+    control: Control
+    watched: Watches
+    breaks: Breaks
+
+
+def _stops(course: Course, program: Program, end: int, looks: _Looks) -> Iterator[tuple[int, Stop | None]]:
+    """Run a course to `end`, and look at each place where something may hold."""
+    control, watched, breaks = looks
+    while (when := min(course.next_event(), watched.next_event())) <= end:
+        if comes(program, when) and control.concerns(program.upcoming):
+            course.advance(max(course.rig.now, when - 1))
+            yield course.rig.now, control.look(program.counter, len(program.stack))
+        course.advance(when)
+        yield when, breaks.look(program.counter)
+        yield when, watched.look(program.counter)
 
 
 def _say_nothing(_: str, __: int) -> None:
@@ -230,14 +287,14 @@ def _say_nothing(_: str, __: int) -> None:
 # Writes
 
 
-def last_write(history: History, text: str, module: int = 0) -> Write | None:
+def last_write(here: Here, text: str) -> Write | None:
     """What wrote a value last, though it may have written what was there before; None where nothing did.
 
     text: a reference such as `gp[3]`, `ap[max_speed][0]`, `accumulator`
     Raises `ExpressionError` where `text` names nothing.
     """
-    finder = _WriteFinder(history, compile_reference(text), module)
-    for start, end in stretches(history, history.rig.now):
+    finder = _WriteFinder(here, compile_reference(text))
+    for start, end in stretches(here.branch, here.clock):
         found = finder.last_in(start, end)
         if found is not None:
             return found
@@ -247,19 +304,20 @@ def last_write(history: History, text: str, module: int = 0) -> Write | None:
 class _WriteFinder:
     """Looks for the last write of a value in a stretch."""
 
-    def __init__(self, history: History, reference: Reference, module: int) -> None:
-        self._history = history
+    def __init__(self, here: Here, reference: Reference) -> None:
+        self._here = here
         self._reference = reference
-        self._module = module
-        self._indices = values_of(reference.indices, View.of(history.rig.modules[module]).read)
+        self._indices = values_of(reference.indices, here.view(here.rig).read)
         self._writes = WRITERS.get(reference.name.lower(), {})
         self._found: Write | None = None
-        self._before = self._value()
+        here.view(here.rig).read(reference.name, self._indices)
+        self._view = here.view(here.history.past)
+        self._before = 0
 
     def last_in(self, start: int, end: int) -> Write | None:
         """The last write after `start` up to `end`."""
-        course = self._history.course_to(start)
-        rig, program = course.rig, course.rig.modules[self._module].program
+        course = self._here.course_to(start)
+        rig, program = course.rig, course.rig.modules[self._here.module].program
         self._found, self._before = None, self._value()
         program.hook(_let_pass, None)
         try:
@@ -281,18 +339,21 @@ class _WriteFinder:
             self._found = Write(clock, address, cause, before, after)
 
     def _value(self) -> int:
-        rig = self._history.past
-        return View.of(rig.modules[self._module]).read(self._reference.name, self._indices)
+        """The value now; 0 without power."""
+        try:
+            return self._view.read(self._reference.name, self._indices)
+        except ExpressionError:
+            return 0
 
     def _instruction(self, address: int) -> Instruction | None:
-        eeprom = self._history.past.modules[self._module].eeprom
+        eeprom = self._here.history.past.modules[self._here.module].eeprom
         return eeprom.read_instruction(address) if 0 <= address < PROGRAM_SIZE else None
 
     def _sent(self, done: Input) -> Instruction | None:
         """The command in an input for this module."""
-        if done.module != self._module or done.kind != "command":
-            return None
-        return Instruction(*done.values)
+        if done.kind == "command" and done.number == self._here.module:
+            return Instruction(*done.values)
+        return telegram(done)
 
     def _is_written_by(self, instruction: Instruction) -> bool:
         """Whether a command names this very value."""
@@ -318,10 +379,40 @@ def _cause(instruction: Instruction | None) -> str:
     return format_instruction(instruction) if instruction else "no command: the module itself"
 
 
+def telegram(done: Input) -> Instruction | None:
+    """The command in a whole telegram or frame that came over a line; None for anything else."""
+    if done.kind != "received":
+        return None
+    if isinstance(done.values[0], int):
+        data = done.values[1]
+        return unpack_can_request(data) if len(data) in CAN_SIZES else None
+    data = done.values[0]
+    try:
+        return unpack_request(data)[1]
+    except ValueError:
+        return None
+
+
 def described(done: Input) -> str:
     """An input in words."""
-    if done.kind == "command":
-        return f"command of a host: {format_instruction(Instruction(*done.values))}"
-    if done.kind == "assignment":
-        return f"debugger: {done.values[0]} = {done.values[1]}"
-    return f"{done.kind}: {' '.join(map(str, done.values))}"
+    sent = Instruction(*done.values) if done.kind == "command" else telegram(done)
+    if sent is not None:
+        return f"command of a host: {format_instruction(sent)}"
+    return _DESCRIBED.get(done.kind, _plain)(done)
+
+
+def _plain(done: Input) -> str:
+    return f"{done.kind}: {' '.join(map(str, done.values))}".removesuffix(": ")
+
+
+_DESCRIBED: Final[Mapping[str, Callable[[Input], str]]] = {
+    "assignment": lambda done: f"debugger: {done.values[0]} = {done.values[1]}",
+    "control": lambda done: f"debugger: {done.values[0]}",
+    "received": lambda done: "bytes of a host",
+    "plugged": lambda _: "a line was plugged in",
+    "unplugged": lambda _: "a line was unplugged",
+    "lines": lambda _: "the bench went on from a past moment",
+    HELD: lambda _: "the debugger held the program",
+    REFUSED: lambda _: "the debugger held the program after a refused command",
+}
+"""Inputs in words, by their kind; the others are named with their values."""

@@ -11,6 +11,8 @@ Source: manual 6, 8.1; power-on, order and time-outs: fidelity FW-90 to FW-92.
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from tmcm34x import clock
@@ -104,6 +106,21 @@ class Module(ModuleState):
         self.ports.append(port)
         if self.powered:
             port.power_on()
+
+    def detach(self, port: Port) -> None:
+        """Take a port away, and what is still to be sent to it."""
+        self.ports.remove(port)
+        self._keep_replies(lambda other: other is not port)
+
+    def drop_replies(self) -> None:
+        """Send no reply that is still to come."""
+        self._keep_replies(lambda _: False)
+
+    def _keep_replies(self, kept: Callable[[Port], bool]) -> None:
+        if self.owes_reply:
+            self.outbox = deque(letter for letter in self.outbox if kept(letter.port))
+            self.requests = [request for request in self.requests if kept(request.port)]
+            settle(self)
 
     def execute(self, instruction: Instruction) -> Result:
         """Execute a command as in direct mode, without any wire; status and value of its reply."""

@@ -236,7 +236,9 @@ class Eeprom:
         return image + _CRC.pack(zlib.crc32(image))
 
     def restore(self, image: bytes) -> None:
-        """Become what `to_bytes` of a memory of the same model gave; `revision` counts on."""
+        """Become what `to_bytes` of a memory of the same model gave; `revision` counts on where that is a change."""
+        if image == self.to_bytes():
+            return
         other = Eeprom.from_bytes(image)
         self.axis_values, self.global_values = other.axis_values, other.global_values
         self.variables, self.coordinates = other.variables, other.coordinates

@@ -13,12 +13,10 @@ import asyncio
 import math
 import time
 from collections.abc import Callable, Sequence
-from functools import partial
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from tmcm34x import clock
-from tmcm34x.firmware.ports.can import CanPort
-from tmcm34x.firmware.ports.serial import SerialPort
+from tmcm34x.bench.lines import CanEnd, SerialEnd
 from tmcm34x.links import BusPeer, CanLink, Connect, Link, Peer, Plug, Send, SendFrame, pacing
 from tmcm34x.links.timing import LoopTiming
 from tmcm34x.server.pace import Pace
@@ -27,6 +25,7 @@ from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
+    from tmcm34x.bench.lines import LineEnd
     from tmcm34x.links.faulty import Faults
     from tmcm34x.server.control import Control
     from tmcm34x.server.store import Store
@@ -40,8 +39,6 @@ TIME_OUT_S: Final = 0.005
 """A partial telegram is dropped when the next bytes come later than this after the last ones (fidelity WIRE-3)."""
 _UNKNOWN: Final = -1
 """The next event, when the bench may have been changed since it was asked for."""
-_OVER: Final = -1
-"""A receive time-out that has always passed."""
 _FAR_S: Final = 1e6
 """Longest sleep; the event loop takes no longer one."""
 
@@ -55,6 +52,22 @@ class Advancing(Protocol):
 
     def advance(self, now: int) -> None:
         """Bring it to clock `now`, at most to its next event."""
+        ...
+
+
+class Recorder(Protocol):
+    """Keeps what comes over lines; each method is called at the bench's clock, after it has happened."""
+
+    def plugged(self, end: LineEnd, /) -> None:
+        """A client has come."""
+        ...
+
+    def received(self, end: LineEnd, values: tuple[Any, ...], /) -> None:
+        """`end.receive` was called with these values."""
+        ...
+
+    def unplugged(self, end: LineEnd, /) -> None:
+        """The client has gone."""
         ...
 
 
@@ -88,7 +101,9 @@ class Server:
     ) -> None:
         self.rig = rig
         self.part: Advancing = rig
-        """What is advanced: the bench itself, or the bench together with what takes samples of it."""
+        """What is advanced: the bench itself, or the bench with what takes samples or keeps a history of it."""
+        self.recorder: Recorder | None = None
+        """What keeps telegrams and frames; set it before links are opened."""
         self.pace = Pace(speed, monotonic)
         self.pace.draw(rig.now)
         self._stores = stores
@@ -214,23 +229,27 @@ class Server:
 
     async def run_until(self, until: int) -> None:
         """Bring virtual time to clock `until` as fast as possible; links are served between slices of work."""
-        rig = self.rig
+        rig, part = self.rig, self.part
         while rig.now < until:
             self._next = _UNKNOWN
             end_s = self.pace.monotonic() + SLICE_S
-            while (when := rig.next_event()) <= until and self.pace.monotonic() < end_s:
-                rig.advance(when)
+            while (when := part.next_event()) <= until and self.pace.monotonic() < end_s:
+                part.advance(when)
             if when > until:
-                rig.advance(until)
+                part.advance(until)
             self.pace.draw(rig.now)
             self.settle()
             await asyncio.sleep(0)
 
     def restore(self, snapshot: bytes) -> None:
         """Go back to a snapshot of the bench; raises `bench.snapshot.SnapshotError` and changes nothing then."""
+        self.put_back(lambda: self.rig.restore(snapshot))
+
+    def put_back(self, bring: Callable[[], None]) -> None:
+        """Have `bring` make another moment of the bench the present one."""
         self.catch_up()
         try:
-            self.rig.restore(snapshot)
+            bring()
             for store in self._stores:
                 store.renew_soon()
         finally:
@@ -269,28 +288,11 @@ class Server:
         self.settle()
 
 
-def _tell(ports: Sequence[SerialPort], data: bytes) -> None:
-    for port in ports:
-        port.receive(data)
-
-
-def _tell_at(baud_rate: Callable[[], int], ports: Sequence[SerialPort], data: bytes) -> None:
-    """At another bit rate no whole telegram arrives at a module (fidelity WIRE-8)."""
-    rate = baud_rate()
-    for port in ports:
-        if port.baud_rate == rate:
-            port.receive(data)
-
-
-def _ignore(_: bytes) -> None:
-    """What is sent to a client that has gone."""
-
-
 class _Line:
-    """The modules' end of one client's line: a port at each module; every byte reaches all of them.
+    """One client's line to the modules.
 
     A telegram that stops in the middle is given up after a time of the wall's, whatever the speed: it is the
-    client that does not go on.  So the ports' own time-out is always either far away or over.
+    client that does not go on.
     """
 
     def __init__(
@@ -305,51 +307,39 @@ class _Line:
         self._pace = server.pace
         self._log = None if server.log is None else LineLog(server.log, name)
         self._send = send
+        self._baud_rate = baud_rate
         reply = send if self._log is None else self._log_and_send
-        self._ports = [
-            (module, SerialPort(module, reply, any_address=server.any_address))
-            for module in server.rig.modules
-        ]
-        ports = [port for _, port in self._ports]
-        if baud_rate is not None:
-            self._hear = partial(_tell_at, baud_rate, ports)
-        elif len(ports) > 1:
-            self._hear = partial(_tell, ports)
-        else:
-            self._hear = ports[0].receive
+        self._end = SerialEnd(server.rig, reply, any_address=server.any_address)
         self._time_out_s = TIME_OUT_S + latency_ms / 1000
         self._last_s = -math.inf
+        if server.recorder is not None:
+            server.recorder.plugged(self._end)
 
     def receive(self, data: bytes) -> None:
         server = self._server
         server.catch_up()
         wall_s = self._pace.wall_s
         if self._log is not None:
-            self._log.add(server.rig.now, ">", data, text=self._speaks_ascii())
-        if wall_s - self._last_s > self._time_out_s:
-            self._set_time_out(_OVER)
-            self._hear(data)
-            self._set_time_out(clock.NEVER)
-        else:
-            self._hear(data)
+            self._log.add(server.rig.now, ">", data, text=self._end.speaks_ascii)
+        over = wall_s - self._last_s > self._time_out_s
+        baud_rate = None if self._baud_rate is None else self._baud_rate()
+        self._end.receive(data, over, baud_rate)
+        if server.recorder is not None:
+            server.recorder.received(self._end, (data, over, baud_rate))
         self._last_s = wall_s
         server.settle()
 
-    def _set_time_out(self, clocks: int) -> None:
-        for _, port in self._ports:
-            port.time_out = clocks
-
     def disconnect(self) -> None:
-        for module, port in self._ports:
-            port.send = _ignore
-            module.ports.remove(port)
-
-    def _speaks_ascii(self) -> bool:
-        return any(port.ascii_mode for _, port in self._ports)
+        server = self._server
+        server.catch_up()
+        self._end.unplug()
+        if server.recorder is not None:
+            server.recorder.unplugged(self._end)
+        server.settle()
 
     def _log_and_send(self, data: bytes) -> None:
         assert self._log is not None
-        self._log.add(self._server.rig.now, "<", data, text=self._speaks_ascii())
+        self._log.add(self._server.rig.now, "<", data, text=self._end.speaks_ascii)
         self._send(data)
 
 
@@ -359,7 +349,9 @@ class _Bus:
     def __init__(self, server: Server) -> None:
         self.server = server
         self.clients: list[_Node] = []
-        self.ports = [CanPort(module, self._reply) for module in server.rig.modules]
+        self.end = CanEnd(server.rig, self._reply)
+        if server.recorder is not None:
+            server.recorder.plugged(self.end)
 
     def connect(self, name: str, send: SendFrame) -> BusPeer:
         """A further client."""
@@ -388,9 +380,9 @@ class _Node:
         for client in self._bus.clients:
             if client is not self:
                 client.deliver(identifier, data)
-        for port in self._bus.ports:
-            if bit_rate in {None, port.bit_rate}:
-                port.receive(identifier, data)
+        self._bus.end.receive(identifier, data, bit_rate)
+        if server.recorder is not None:
+            server.recorder.received(self._bus.end, (identifier, data, bit_rate))
         server.settle()
 
     def disconnect(self) -> None:

@@ -15,6 +15,7 @@ from typing import Any, Final, cast
 
 import msgspec
 
+from tmcm34x.debug.branches import HistoryError
 from tmcm34x.debug.breaks import BREAKS
 from tmcm34x.debug.control import Stop
 from tmcm34x.debug.dap import breakpoints, data_breakpoints, inspection, run_control
@@ -28,7 +29,6 @@ from tmcm34x.debug.dap.messages import RequestError
 from tmcm34x.debug.dap.run_control import THREAD, RunControl
 from tmcm34x.debug.dap.sources import Sources
 from tmcm34x.debug.expressions import ExpressionError
-from tmcm34x.debug.history import HistoryError
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Session
 from tmcm34x.host import HostError
 from tmcm34x.toolchain.assembler import Assembly

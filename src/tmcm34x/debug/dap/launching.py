@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Protocol, cast
 
@@ -16,6 +15,7 @@ from tmcm34x.debug.dap.sources import Sources
 from tmcm34x.debug.sessions.base import Listener, Session
 from tmcm34x.debug.sessions.bench import BenchSession, Pacing
 from tmcm34x.debug.sessions.remote import RemoteSession
+from tmcm34x.firmware.module import INSTRUCTION_CLOCKS
 from tmcm34x.host import Connection, HostError
 from tmcm34x.host import Module as HostModule
 from tmcm34x.toolchain.assembler import Assembly
@@ -64,8 +64,8 @@ class Launcher:
         assembly = self._read_program(arguments.program, arguments.include, model)
         rig.modules[0].eeprom.write_program(assembly.program)
         pace = self._services.pace(arguments.speed)
-        build = None if arguments.no_debug else partial(_make_rig, arguments)
-        return BenchSession(rig, self._listener, self._sources.text, pace=pace, build=build)
+        keeps = not arguments.no_debug
+        return BenchSession(rig, self._listener, self._sources.text, pace=pace, keeps_history=keeps)
 
     def attach(self, arguments: m.Attach) -> Session:
         """Run control over a module as it is, with a program's source where it is named."""
@@ -142,16 +142,15 @@ class Launcher:
 def _make_rig(arguments: m.Launch) -> Rig:
     if arguments.model is not None and arguments.model not in MODELS:
         raise RequestError(f"model is one of {', '.join(map(str, _MODELS))}")
+    micro_s = arguments.instruction_time
     if arguments.bench is None:
-        rig = simple_rig(arguments.model or _MODELS[-1], seed=arguments.seed)
-    else:
-        try:
-            rig = load(arguments.bench)
-        except (BenchError, OSError) as error:
-            raise RequestError(str(error)) from None
+        step = INSTRUCTION_CLOCKS if micro_s is None else max(1, clock.clocks(micro_s * 1e-6))
+        return simple_rig(arguments.model or _MODELS[-1], seed=arguments.seed, instruction_clocks=step)
+    try:
+        rig = load(arguments.bench, instruction_us=micro_s)
+    except (BenchError, OSError) as error:
+        raise RequestError(str(error)) from None
     module = rig.modules[0]
     if arguments.model not in {None, module.board.model.number}:
         raise RequestError(f"{arguments.bench}: the module is a {module.board.model.name}")
-    if arguments.instruction_time:
-        module.instruction_clocks = max(1, clock.clocks(arguments.instruction_time * 1e-6))
     return rig

@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 from tmcm34x.chips.ramp import VELOCITY
 from tmcm34x.clock import MS, NEVER, Timed
+from tmcm34x.debug.branches import HistoryError
 from tmcm34x.debug.breaks import Wanted, error_text
 from tmcm34x.debug.control import Breakpoint, Stop
-from tmcm34x.debug.history import History, HistoryError
-from tmcm34x.debug.reverse import Sought, Write, last_write, previous_command, previous_stop
+from tmcm34x.debug.history import History
+from tmcm34x.debug.reverse import Here
+from tmcm34x.debug.sessions.backward import BEFORE_COMMANDS, Backward
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Listener, Text
 from tmcm34x.debug.sessions.local import LocalSession
 from tmcm34x.debug.watches import Watch
@@ -71,7 +73,7 @@ def _never() -> bool:
     return False
 
 
-class BenchSession(LocalSession):
+class BenchSession(Backward, LocalSession):
     """A program on a bench whose time this session moves.
 
     The program is held from the start: `start`, then `resume` or a step, then `advance` as long as `running`; or
@@ -88,14 +90,14 @@ class BenchSession(LocalSession):
         *,
         module: int = 0,
         pace: Pacing | None = None,
-        build: Callable[[], Rig] | None = None,
+        keeps_history: bool = False,
     ) -> None:
         super().__init__(rig.modules[module], rig.worlds[module], listener, text)
         self.rig = rig
         self.pace = pace
         self.history: History | None = None
-        """What the program can be taken back to; None until it is started, and without `build`."""
-        self._build = build
+        """What the program can be taken back to; None until it is started, and unless the session keeps it."""
+        self._keeps_history = keeps_history
         self._number = module
         self.running = False
         self.over = False
@@ -117,8 +119,8 @@ class BenchSession(LocalSession):
         if self.history is not None:
             self.history.close()
             self.view.on_write.remove(self._note_assignment)
-        if self._build is not None and not self.irreversible:
-            self.history = History(self.rig, self._build)
+        if not self.irreversible:
+            self.history = History(self.rig)
             self.view.on_write.append(self._note_assignment)
 
     def _note_assignment(self, target: str, value: int) -> None:
@@ -137,7 +139,7 @@ class BenchSession(LocalSession):
         """Why the program cannot be taken back; empty where it can."""
         if self.module.user_functions:
             return "user functions in Python may remember what no snapshot holds"
-        return "" if self._build is not None else "this session keeps no history"
+        return "" if self._keeps_history else "this session keeps no history"
 
     @property
     def _time(self) -> Timed:
@@ -227,51 +229,23 @@ class BenchSession(LocalSession):
 
     # Going back
 
-    def step_back(self, *, over: bool = True) -> None:
-        """Go back to just before the last command; `over`: a CSUB with all that it called counts as one.
-
-        Raises `HistoryError` where there is no history.
-        """
-        moment = previous_command(self._known_history(), self._number, over=over)
-        if moment is None:
-            self._return_to_beginning()
-        else:
-            self._return_to(moment.clock, Stop("step", moment.address))
-            self._passed = moment.when
-
-    def reverse_continue(self) -> None:
-        """Go back to where a breakpoint or data breakpoint would have held last, or to the beginning."""
-        sought = Sought(self.control.breakpoints, self.watches.all, self.breaks.wanted)
-        found = previous_stop(self._known_history(), sought, self._number)
-        if found is None:
-            self._return_to_beginning()
-            return
-        self._return_to(found.clock, found.stop)
-        if found.stop.reason == "breakpoint":
-            self._passed = self.rig.next_event()
-
-    def who_wrote(self, text: str) -> Write | None:
-        """What wrote a value last; raises `ExpressionError` where `text` names nothing."""
-        return last_write(self._known_history(), text, self._number)
-
     def go_to(self, clock: int) -> None:
         """Bring everything back to `clock`, and hold there; raises `HistoryError` where that cannot be reached."""
-        self._known_history()
-        self._return_to(clock, Stop("goto", -1))
+        self._go_back(clock, Stop("goto", -1))
 
     def _known_history(self) -> History:
         if self.history is None:
             raise HistoryError(self.irreversible or "the program has not been started")
         return self.history
 
-    def _return_to_beginning(self) -> None:
-        oldest = self._known_history().oldest
-        self._return_to(oldest, Stop("entry", -1, "the beginning of the history"))
+    def _here(self) -> Here:
+        history = self._known_history()
+        return Here(history, self.rig, history.branch, self._number)
 
-    def _return_to(self, clock: int, stop: Stop) -> None:
+    def _go_back(self, clock: int, stop: Stop) -> None:
         self._known_history().return_to(clock)
         self.over = False
-        self._passed = NEVER
+        self._passed = clock + 1 if stop.reason in BEFORE_COMMANDS else NEVER
         self.breaks.look_again()
         self.watches.look_again()
         self.control.clear_step()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tmcm34x.debug.history import HistoryError
+from tmcm34x.debug.branches import HistoryError
 from tmcm34x.debug.reverse import Write
 
 

@@ -87,8 +87,13 @@ class SerialPort:
 
     def power_on(self) -> None:
         """Forget what was received; start in the mode of global parameter 67."""
-        self._buffer.clear()
+        self.drop()
         self.enter_text(bool(self.module.eeprom.global_values[GP.ASCII_MODE] & _ASCII_MODE))
+
+    def drop(self) -> None:
+        """Forget what was received of a telegram or of a line of text that is not complete."""
+        self._buffer.clear()
+        self.enter_text(self.ascii_mode)
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the line, at the module's present clock."""

@@ -1,0 +1,136 @@
+"""Courses of events: what came from outside with its clocks, and snapshots on the way."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from typing import Any, Final, NamedTuple
+
+from tmcm34x.clock import MS
+
+INPUT_SIZE: Final = 200
+"""Memory of an input, roughly [bytes]."""
+SNAPSHOT_SIZE: Final = 200
+"""Memory of a snapshot besides its data, roughly [bytes]."""
+SPARSE: Final = 64
+"""Snapshots of which one is dropped at a time, at most."""
+
+
+class HistoryError(ValueError):
+    """A moment that cannot be reached; one line with what can.
+
+    nearest: the reachable clock nearest to it; None where there is none
+    """
+
+    def __init__(self, text: str, nearest: int | None = None) -> None:
+        super().__init__(text)
+        self.nearest = nearest
+
+
+class Input(NamedTuple):
+    """Something that came from outside at a clock.
+
+    kind: a key of `course.INPUTS`; number: of the module or the line; values: plain values
+    """
+
+    clock: int
+    kind: str
+    number: int
+    values: tuple[Any, ...]
+
+
+LineShape = tuple[int, str, tuple[Any, ...]]
+"""A line that is plugged in: its number, and what `bench.lines.open_line` needs."""
+
+
+class Snapshot(NamedTuple):
+    """The state of the bench at a clock, after so many inputs of its branch, with the lines that it had."""
+
+    clock: int
+    inputs: int
+    lines: tuple[LineShape, ...]
+    data: bytes
+
+    @property
+    def size(self) -> int:
+        """Its memory [bytes]."""
+        return len(self.data) + SNAPSHOT_SIZE
+
+
+@dataclass
+class Branch:
+    """One course of events: its inputs and snapshots from the oldest moment on that is still in memory.
+
+    number: from 0, in the order in which they began
+    since, parent: the clock at which it left an earlier branch, and that one's number; -1 of the first
+    end: the last clock that it has reached
+    forgotten: how many inputs came before those that are kept
+    """
+
+    number: int
+    since: int
+    end: int
+    parent: int = -1
+    inputs: list[Input] = field(default_factory=list[Input])
+    snapshots: list[Snapshot] = field(default_factory=list[Snapshot])
+    forgotten: int = 0
+
+    @property
+    def oldest(self) -> int:
+        """The oldest clock that can be reached."""
+        return self.snapshots[0].clock
+
+    @property
+    def count(self) -> int:
+        """How many inputs there have been."""
+        return self.forgotten + len(self.inputs)
+
+    def input(self, number: int) -> Input | None:
+        """Input `number`, from 0; None where it has not come."""
+        return self.inputs[number - self.forgotten] if number < self.count else None
+
+    def check(self, clock: int) -> None:
+        """Raise `HistoryError` where `clock` cannot be reached."""
+        if clock > self.end:
+            text = f"{clock / MS:.0f} ms has not come yet; the branch ends at {self.end / MS:.0f} ms"
+            raise HistoryError(text, self.end)
+        if clock < self.oldest:
+            text = (
+                f"{clock / MS:.0f} ms is no longer in memory; the oldest moment is {self.oldest / MS:.0f} ms"
+            )
+            raise HistoryError(text, self.oldest)
+
+    def snapshot_before(self, clock: int) -> Snapshot:
+        """The last snapshot at or before `clock`; raises `HistoryError` where there is none."""
+        self.check(clock)
+        return self.snapshots[bisect_right(self.snapshots, clock, key=_clock_of) - 1]
+
+    def fork(self, number: int, clock: int, inputs: int) -> Branch:
+        """A branch that has the past of this one up to `clock` and so many inputs."""
+        kept = [s for s in self.snapshots if s.clock <= clock and s.inputs <= inputs]
+        past = self.inputs[: inputs - self.forgotten]
+        return Branch(number, clock, clock, self.number, past, kept, self.forgotten)
+
+    def forget_oldest(self) -> None:
+        """Drop the oldest snapshot, and the inputs before the next one."""
+        del self.snapshots[0]
+        gone = self.snapshots[0].inputs - self.forgotten
+        del self.inputs[:gone]
+        self.forgotten += gone
+
+    def thin(self) -> None:
+        """Drop snapshots that are missed least: whose loss widens the gaps least in relation to their age."""
+        snapshots, end = self.snapshots, self.end
+        gaps = [
+            ((snapshots[n + 1].clock - snapshots[n - 1].clock) / (end - snapshots[n].clock + 1), n)
+            for n in range(1, len(snapshots) - 1)
+        ]
+        dropped: set[int] = set()
+        for _, n in sorted(gaps)[: 1 + len(gaps) // SPARSE]:
+            if n - 1 not in dropped and n + 1 not in dropped:
+                dropped.add(n)
+        self.snapshots = [snapshot for n, snapshot in enumerate(snapshots) if n not in dropped]
+
+
+def _clock_of(snapshot: Snapshot) -> int:
+    return snapshot.clock

@@ -1,0 +1,73 @@
+"""What run control over a program with a history has in common: going back."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from tmcm34x.debug.control import Control, Reason, Stop
+from tmcm34x.debug.reverse import Sought, Write, last_write, previous_command, previous_stop
+
+if TYPE_CHECKING:
+    from tmcm34x.debug.breaks import Breaks
+    from tmcm34x.debug.reverse import Here
+    from tmcm34x.debug.watches import Watches
+
+
+BEFORE_COMMANDS: Final[frozenset[Reason]] = frozenset({"breakpoint", "step", "goto", "entry"})
+"""Reasons for which a program is held before its next command; for others, after an event."""
+
+
+class Backward:
+    """Run control that goes back along a history."""
+
+    control: Control
+    watches: Watches
+    breaks: Breaks
+
+    def _here(self) -> Here:
+        """Where it is; raises `HistoryError` where there is no history."""
+        raise NotImplementedError
+
+    def _go_back(self, clock: int, stop: Stop) -> None:
+        """Go to `clock`, just before a command, and hold there for this reason."""
+        raise NotImplementedError
+
+    def step_back(self, *, over: bool = True) -> None:
+        """Go back to just before the last command; `over`: a CSUB with all that it called counts as one.
+
+        Raises `HistoryError` where there is no history.
+        """
+        here = self._here()
+        moment = previous_command(here, over=over)
+        if moment is None:
+            self._go_to_beginning(here, "")
+        else:
+            self._go_back(moment.clock, Stop("step", moment.address))
+
+    def reverse_continue(self) -> None:
+        """Go back to where a breakpoint or data breakpoint would have held last, or to the beginning."""
+        here = self._here()
+        sought = self._sought
+        found = previous_stop(here, sought)
+        if found is None:
+            self._go_to_beginning(here, ": nothing held before" if any(sought) else "")
+        else:
+            self._go_back(*found)
+
+    def who_wrote(self, text: str) -> Write | None:
+        """What wrote a value last; goes to just before that.  Raises `ExpressionError` where `text` names nothing."""
+        here = self._here()
+        clock, write = here.clock, last_write(here, text)
+        if write is not None:
+            self._go_back(max(here.branch.oldest, write.clock - 1), Stop("goto", write.address, write.cause))
+        elif here.rig.now != clock:
+            here.course_to(clock)
+        return write
+
+    @property
+    def _sought(self) -> Sought:
+        """What holds the program."""
+        return Sought(self.control.breakpoints, self.watches.all, self.breaks.wanted)
+
+    def _go_to_beginning(self, here: Here, why: str) -> None:
+        self._go_back(here.branch.oldest, Stop("entry", -1, f"the beginning of the history{why}"))
