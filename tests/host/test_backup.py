@@ -6,10 +6,11 @@ from hypothesis import strategies as st
 
 from host_rigs import PROGRAM, connected, faulty, module_of
 from tmcm34x.bench import simple_rig
+from tmcm34x.bench.in_process import BITS_PER_BYTE
 from tmcm34x.host import Connection, FileError, LinkError, Module, NoReplyError, backup, restore
 from tmcm34x.host.program import download
 from tmcm34x.host.reading import Absent, Value
-from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.datagram import SIZE, Instruction
 
 
 @pytest.fixture
@@ -60,6 +61,13 @@ def test_a_backup_has_both_values_and_leaves_the_module_as_it_was(original):
         module_of(original).eeprom.to_bytes(), [dict(axis.values) for axis in module_of(original).axes]
     )  # fmt: skip
     assert Module(original).microstep_table_3 == 0x04030201
+
+
+def test_nothing_but_telegrams_takes_time_in_a_backup(original):
+    begin, sent = original.line.now(), original.counts.sent
+    original.run(backup.read())
+    wire_s = (original.counts.sent - sent) * 2 * SIZE * BITS_PER_BYTE / original.line.baud
+    assert original.line.now() - begin == pytest.approx(wire_s, rel=0.002)
 
 
 def test_the_file_says_the_same_and_is_stable(original):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tmcm34x.bench import simple_rig
 from tmcm34x.firmware.ports.can import CanPort
 from tmcm34x.host import Connection, LinkError, Module, backup, connect
-from tmcm34x.host.line import serial_form
+from tmcm34x.host.can_line import serial_form
 from tmcm34x.host.url import parse_url
 from tmcm34x.tmcl.datagram import Instruction, Reply, pack_can_reply, unpack_reply
 

@@ -10,7 +10,6 @@ Source: manual 6.5; names are the keys of the tables, and the titles of control 
 
 from __future__ import annotations
 
-import difflib
 from typing import Final
 
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_KEYS
@@ -46,6 +45,8 @@ def _number(operand: Operand, word: str) -> str:
     row = table.get(word.lower())
     if row is not None:
         return str(row.number)
+    import difflib
+
     near = difflib.get_close_matches(word.lower(), list(table), 1)
     raise MnemonicError(
         f"there is no {operand.kind.replace('_', ' ')} {word}"

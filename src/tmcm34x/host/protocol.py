@@ -43,7 +43,7 @@ from tmcm34x.host.answer import (
     stopping,
 )
 from tmcm34x.host.exceptions import GarbledReplyError, LateReplyError, NoReplyError, ReplyError
-from tmcm34x.tmcl.datagram import SIZE, Instruction, Reply, pack_request, unpack_reply
+from tmcm34x.tmcl.datagram import SIZE, TELEGRAM, Instruction, Reply, pack_request, unpack_reply
 from tmcm34x.tmcl.status import STATUS_TEXTS
 
 QUIET_S: Final = 0.1
@@ -142,18 +142,20 @@ class Conversation:
 
     def quick(self, instruction: Instruction, address: int, data: bytes) -> Answer | None:
         """The answer if `data` is nine bytes that answer a command sent on a clear line; the usual case, fast."""
+        if len(data) != SIZE:
+            return None
+        host, module, status, number, value, check = TELEGRAM.unpack(data)
         if (
-            len(data) == SIZE
-            and data[3] == instruction[0]
-            and data[1] == address
-            and sum(data[:8]) & 0xFF == data[8]
-            and data[2] in PLAIN
-            and instruction[0] not in OWN_FORMS
+            module != address
+            or number != instruction[0]
+            or status not in PLAIN
+            or number in OWN_FORMS
+            or (sum(data) - 2 * check) & 0xFF
         ):
-            self.counts.sent += 1
-            self._host_address = data[0]
-            return Answer(data[2], int.from_bytes(data[4:8], "big", signed=True), data)
-        return None
+            return None
+        self.counts.sent += 1
+        self._host_address = host
+        return Answer(status, value, data)
 
     @property
     def wanted(self) -> int:

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
-from urllib.parse import parse_qsl
 
 from tmcm34x.host.exceptions import LinkError
 from tmcm34x.tmcl.global_parameters import BY_KEY
@@ -163,7 +162,7 @@ def parse_url(text: str, **defaults: object) -> Url:
     if not fits(target):
         raise LinkError(f"{text}: behind {scheme}: comes {what}")
     try:
-        options = dict(parse_qsl(query, strict_parsing=True, keep_blank_values=True)) if query else {}
+        options = _options(query) if query else {}
     except ValueError:
         raise LinkError(f"{text}: options are NAME=VALUE with & between them") from None
     for name in options:
@@ -174,6 +173,12 @@ def parse_url(text: str, **defaults: object) -> Url:
     url = Url(scheme, target, {**known, **options}, text)
     _ = url.baud, url.address, url.timeout_s, url.retries, url.can
     return url
+
+
+def _options(query: str) -> dict[str, str]:
+    from urllib.parse import parse_qsl
+
+    return dict(parse_qsl(query, strict_parsing=True, keep_blank_values=True))
 
 
 def _split(text: str) -> tuple[str, str, str]:

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
-import os
 import queue
 import threading
 from collections.abc import Callable
@@ -19,6 +17,7 @@ from typing import Final
 import serial
 
 from tmcm34x.links import Connect, LinkError, Peer
+from tmcm34x.links.reasons import port_reason
 
 RETRY_S: Final = 1.0
 _LOOK_S: Final = 0.5
@@ -172,11 +171,3 @@ class _Cable:
         if self._open:
             with contextlib.suppress(RuntimeError):  # the event loop has ended
                 self._loop.call_soon_threadsafe(action, *operands)
-
-
-def port_reason(error: Exception) -> str:
-    """Why a port could not be opened, in words for its user."""
-    number = getattr(error, "errno", None)
-    if number in {errno.EAGAIN, errno.EBUSY}:
-        return "another program is using it"
-    return os.strerror(number) if number else str(error)

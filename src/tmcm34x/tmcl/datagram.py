@@ -21,7 +21,8 @@ _REQUEST = struct.Struct(">BBBBi")
 REPLY_BODY: Final = struct.Struct(">BBBBi")
 """Host address, module address, status, command, value: a reply without its checksum."""
 TELEGRAM: Final = struct.Struct(">BBBBiB")
-"""Address, command, type, motor, value, checksum: a whole request."""
+"""Address, command, type, motor, value, checksum: a whole request; or host and module address, status, command, value,
+checksum: a whole reply."""
 INSTRUCTION: Final = struct.Struct(">BBBi")
 """Command, type, motor, value: what program memory and image files hold, and a CAN request."""
 
@@ -65,8 +66,9 @@ def signed32(value: int) -> int:
 
 def pack_request(address: int, instruction: Instruction) -> bytes:
     """The nine bytes that send `instruction` to module `address` (0..255)."""
-    body = _REQUEST.pack(address, *instruction)
-    return body + bytes((sum(body) & 0xFF,))
+    number, type_, motor, value = instruction
+    total = address + number + type_ + motor + value + (value >> 8) + (value >> 16) + (value >> 24)
+    return TELEGRAM.pack(address, number, type_, motor, value, total & 0xFF)
 
 
 def unpack_request(telegram: bytes | bytearray | memoryview) -> tuple[int, Instruction]:

@@ -1,0 +1,122 @@
+"""CAN buses that python-can knows (extra `can`); frames become the nine bytes of a serial line and back."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any, Final
+
+from tmcm34x.host.exceptions import LinkError
+from tmcm34x.host.line import RealTime
+from tmcm34x.tmcl.datagram import (
+    SIZE,
+    checksum,
+    pack_can_request,
+    pack_reply,
+    unpack_can_reply,
+    unpack_request,
+)
+from tmcm34x.tmcl.numbers import CONTROL
+
+if TYPE_CHECKING:
+    from tmcm34x.host.steps import Follow
+    from tmcm34x.host.url import Can, Url
+
+
+class CanLine(RealTime):
+    """A CAN bus that python-can knows (extra `can`); replies have the identifier `reply`.
+
+    Telegrams keep the serial form above this line; the address of a module is the low byte of its identifier.
+    """
+
+    def __init__(self, interface: str, channel: str, options: Can) -> None:
+        self.name = f"{interface}:{channel}"
+        self._interface, self._channel, self._options = interface, channel, options
+        self._number = 0
+        try:
+            import can
+        except ImportError as error:
+            raise LinkError("python-can is missing: install tmcm34x with its extra `can`") from error
+        self._can: Any = can
+        self._bus = self._join()
+
+    def _join(self) -> Any:
+        extra: dict[str, Any] = {"sleep_after_open": 0} if self._interface == "slcan" else {}
+        rate = self._options.bitrate
+        try:
+            return self._can.Bus(interface=self._interface, channel=self._channel, bitrate=rate, **extra)
+        except (self._can.CanError, OSError, ValueError, ImportError, TypeError, AttributeError) as error:
+            raise LinkError(f"cannot join {self.name}: {' '.join(str(error).split())}") from error
+
+    def follow(self, change: Follow, address: int) -> int:
+        """Change identifiers or bit rate; a serial address is nothing to this line."""
+        if change.can_id is not None:
+            self._options = self._options._replace(id=change.can_id)
+        if change.can_reply is not None:
+            self._options = self._options._replace(reply=change.can_reply)
+        if change.can_bit_rate is not None:
+            self._options = self._options._replace(bitrate=change.can_bit_rate)
+            self._bus.shutdown()
+            self._bus = self._join()
+        return self._options.id & 0xFF
+
+    def write(self, data: bytes) -> None:
+        """Send a telegram as a frame of eight bytes."""
+        _, instruction = unpack_request(data)
+        self._number = instruction.number
+        frame = self._can.Message(
+            arbitration_id=self._options.id, data=pack_can_request(instruction, 8), is_extended_id=False
+        )
+        try:
+            self._bus.send(frame)
+        except (self._can.CanError, OSError) as error:
+            raise LinkError(f"{self.name}: a frame cannot be sent: {' '.join(str(error).split())}") from error
+
+    def read(self, size: int, timeout_s: float) -> bytes:
+        """At least `size` bytes, or what has come when the time is over."""
+        data, end = b"", time.monotonic() + timeout_s
+        while len(data) < size and (left := end - time.monotonic()) > 0:
+            data += self._receive(left)
+        return data
+
+    def waiting(self) -> bytes:
+        """What has come already."""
+        data = b""
+        while telegram := self._receive(0):
+            data += telegram
+        return data
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.shutdown()
+
+    def _receive(self, timeout_s: float) -> bytes:
+        try:
+            frame = self._bus.recv(timeout_s)
+        except (self._can.CanError, OSError) as error:
+            raise LinkError(f"{self.name}: the bus is gone: {' '.join(str(error).split())}") from error
+        reply = self._options.reply
+        if frame is None or frame.arbitration_id != reply or frame.is_remote_frame or frame.is_error_frame:
+            return b""
+        return serial_form(self._number, bytes(frame.data), reply & 0xFF)
+
+
+def serial_form(number: int, data: bytes, host: int) -> bytes:
+    """The nine bytes of a serial line for the frame that answers command `number`; empty for other frames."""
+    if len(data) not in {7, 8}:
+        return b""
+    if number == _VERSION and data[:1].isdigit() and data[3:4] in b"VB":
+        return bytes((host,)) + data.ljust(SIZE - 1)
+    if number == _READ_MEMORY and data[2] != _READ_MEMORY:
+        body = bytes((host,)) + data[:7]
+        return body + bytes((checksum(body),))
+    return pack_reply(unpack_can_reply(data, host))
+
+
+_READ_MEMORY: Final = CONTROL.READ_PROGRAM_MEMORY
+_VERSION: Final = CONTROL.GET_FIRMWARE_VERSION
+
+
+def open_line(url: Url) -> CanLine:
+    """The bus that `url` names, `slcan:DEVICE` or `can:INTERFACE:CHANNEL`.  Raises `LinkError`."""
+    interface, _, channel = ("slcan:" + url.target if url.scheme == "slcan" else url.target).partition(":")
+    return CanLine(interface, channel, url.can)
