@@ -19,14 +19,20 @@ REQUEST = pack_request(1, Instruction(6, 4, 0))
 class Line:
     """A module on a paced line in memory."""
 
-    def __init__(self):
+    def __init__(self, timing=None):
         self.rig = simple_rig()
-        self.timing = VirtualTiming()
+        self.timing = timing or VirtualTiming()
         self.server = Server(self.rig, monotonic=self.timing.time, paced=True)
         module = self.rig.modules[0]
         self.received = []
         connect = pace(self.server.connect, lambda: BAUD_RATES[module.baud_index], self.timing)
         self.client = MemoryClient(connect)
+
+    def reply_s(self):
+        """When the next reply came [s]."""
+        while not self.client.read():
+            self.timing.advance(self.timing.next_event())
+        return self.timing.time()
 
     def run(self, seconds):
         """When each piece of the replies came [s]."""
@@ -82,6 +88,20 @@ def test_a_pause_within_a_telegram_ends_it():
     assert line.run(1) == []
     line.client.write(REQUEST)
     assert len(line.run(1)) == 1
+
+
+class LateTiming(VirtualTiming):
+    """The timers of a busy computer: each a millisecond late."""
+
+    def call_later(self, delay_s, action):
+        super().call_later(delay_s + 0.001, action)
+
+
+def test_what_timers_are_late_does_not_add_up():
+    line = Line(LateTiming())
+    for count in range(1, 6):
+        line.client.write(REQUEST)
+        assert line.reply_s() - 0.001 == characters(19 * count)
 
 
 @pytest.mark.parametrize("index", range(len(BAUD_RATES)))

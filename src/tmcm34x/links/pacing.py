@@ -4,6 +4,9 @@ Ten bits a byte (start, eight data, stop), both directions apart.  A telegram is
 the end of a request and the start of its reply passes one more character time, in which an RS485 transceiver turns
 from receiving to sending (an assumption, fidelity WIRE-10).
 
+A timer of an event loop is late by as much as the computer is busy.  Such delays do not add up: the next request counts
+from when the reply was due.
+
 Leaves out: two ends that send at once on a half-duplex line disturb each other on real RS485, and do not here.
 """
 
@@ -40,14 +43,19 @@ class _PacedLine:
     def __init__(self, connect: Connect, name: str, send: Send, bit_rate: BitRate, timing: Timing) -> None:
         self._timing = timing
         self._bit_rate = bit_rate
-        self._replies = _Wire(bit_rate, timing, send)
+        self._send = send
+        self._late_s = 0.0
+        self._replies = _Wire(bit_rate, timing, self._answer)
         self._requests = _Wire(bit_rate, timing, self._deliver)
         self._end_s: float | None = None
         self._peer: Peer = connect(name, self._reply)
 
     def receive(self, data: bytes) -> None:
-        """Take bytes that the client sends now."""
-        self._requests.send(data, self._timing.time())
+        """Take bytes that the client sends now.
+
+        A client waits for a reply before it goes on: by what the timer was late with the last one, it is late too.
+        """
+        self._requests.send(data, self._timing.time() - self._late_s)
 
     def disconnect(self) -> None:
         """The client is gone, and with it what is still on its way."""
@@ -62,6 +70,10 @@ class _PacedLine:
             self._peer.receive(data)
         finally:
             self._end_s = None
+
+    def _answer(self, data: bytes) -> None:
+        self._late_s = self._timing.time() - self._replies.due_s
+        self._send(data)
 
     def _reply(self, data: bytes) -> None:
         start_s = self._timing.time() if self._end_s is None else self._end_s
