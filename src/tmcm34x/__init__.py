@@ -11,9 +11,12 @@ The names in `__all__` are for users' tests and tools (docs/api.md); what they n
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False
+"""As `typing` has it, which is imported later."""
 if TYPE_CHECKING:
+    from typing import Any
+
     from tmcm34x.bench.builder import load as load_bench
     from tmcm34x.bench.rig import BenchError, Rig, simple_rig
     from tmcm34x.bench.run import Run

@@ -1,6 +1,14 @@
-"""`python -m tmcm34x` is the command `tmcm34x`."""
+"""The command `tmcm34x`, also as `python -m tmcm34x`: ready for Ctrl-C before the command line is imported."""
 
-from tmcm34x.cli import main
+from tmcm34x.interrupts import Leaving
+
+
+def main() -> None:
+    """Entry point of the command."""
+    with Leaving():
+        from tmcm34x.cli import main as command_line
+    command_line()
+
 
 if __name__ == "__main__":
     main()

@@ -12,7 +12,7 @@ from conftest import COMMAND
 LOOP = "Loop: ROR 0, 500\n  WAIT TICKS, 0, 1\n  MST 0\n  JA Loop\n"
 INTERRUPT = """
 import os, signal, sys
-from tmcm34x.cli import main
+from tmcm34x.__main__ import main
 left = {calls}
 def count(*_):
     global left
@@ -24,7 +24,7 @@ sys.argv[1:] = {words}
 sys.setprofile(count)
 main()
 """
-"""Interrupts the command at one of its calls, so that the moment is the same each time."""
+"""Interrupts the command at one of its calls, imports included, so that the moment is the same each time."""
 
 
 @pytest.fixture
@@ -39,6 +39,23 @@ def interrupted(calls, *words):
     return subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=60
     )
+
+
+@pytest.mark.parametrize(
+    ("words", "calls"),
+    [
+        (words, calls)
+        for words, most in (
+            (("--version",), 60_000),
+            (("lint", os.devnull), 170_000),
+            (("send", "GAP 1, 0", "--port", "virtual:343"), 250_000),
+        )
+        for calls in random.Random(1).sample(range(1, most), 6)
+    ],
+)
+def test_a_command_that_is_interrupted_at_its_start_ends_quietly(words, calls):
+    result = interrupted(calls, *words)
+    assert (result.returncode, result.stderr.strip()) == (130, "")
 
 
 @pytest.mark.parametrize("calls", random.Random(2).sample(range(100, 150_000), 5))

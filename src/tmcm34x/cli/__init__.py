@@ -17,6 +17,7 @@ from typing import Any, Final, NamedTuple
 import click
 
 from tmcm34x import __version__
+from tmcm34x.interrupts import STATUS, Leaving, leave_on_interrupt
 
 
 class SubCommand(NamedTuple):
@@ -100,7 +101,8 @@ class _Group(click.Group):
         row = _BY_NAME.get(cmd_name)
         if row is None:
             return None
-        command = getattr(import_module(row.module), row.attribute)
+        with Leaving():
+            command = getattr(import_module(row.module), row.attribute)
         assert isinstance(command, click.Command)
         return command
 
@@ -134,8 +136,10 @@ def group(verbose: bool) -> None:
 
 
 def main() -> None:
-    """Entry point of the command `tmcm34x`."""
-    sys.exit(run(sys.argv[1:]))
+    """Do what the arguments of the process say, and end it."""
+    status = run(sys.argv[1:])
+    leave_on_interrupt()
+    sys.exit(status)
 
 
 def run(arguments: list[str]) -> int:
@@ -145,7 +149,7 @@ def run(arguments: list[str]) -> int:
     except click.ClickException as error:
         return _complain(error)
     except (click.Abort, KeyboardInterrupt):
-        return 130
+        return STATUS
     except BrokenPipeError:
         # Whoever read our output has enough; Python must not find that out again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from tmcm34x import files
 from tmcm34x.cli import CliError
 
 if TYPE_CHECKING:
@@ -143,6 +142,8 @@ def save(path: Path, text: str) -> None:
 
 def read_text(path: Path) -> str:
     """The text of a file.  Raises `CliError`."""
+    from tmcm34x import files
+
     try:
         return files.read_text(path)
     except OSError as error:
