@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
@@ -20,6 +20,8 @@ MODELS = (341, 342, 343)
 SUFFIX = ".session"
 Factory = Callable[..., "ModuleUnderTest"]
 _MODULES: pytest.StashKey[list[Any]] = pytest.StashKey()
+_COVERAGE: pytest.StashKey[Any] = pytest.StashKey()
+_SAVED = "tmcl_coverage"
 _NONE: list[Any] = []
 _UNSAFE = re.compile(r"[^\w.-]+")
 _MARKERS = (
@@ -42,12 +44,24 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--tmcm34x-plots", metavar="FOLDER", help="draw what the motors did in failed tests as SVG files"
     )
+    group.addoption(
+        "--tmcl-coverage",
+        nargs="?",
+        const="tmcl-coverage",
+        metavar="FOLDER",
+        help="write which lines of TMCL programs were executed, as coverage.info (lcov) and coverage.html",
+    )
+    group.addoption(
+        "--tmcl-coverage-append", action="store_true", help="add to what the folder holds from earlier runs"
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Markers."""
     for marker in _MARKERS:
         config.addinivalue_line("markers", marker)
+    if config.option.tmcl_coverage:
+        _collect_coverage(config)
 
 
 # Fixtures
@@ -199,6 +213,64 @@ def _add_report(item: pytest.Item, outcome: pytest.TestReport, module: Any) -> N
         path.parent.mkdir(parents=True, exist_ok=True)
         save_picture(module, path, item.name)
         outcome.sections.append(("plot", str(path)))
+
+
+# Coverage of TMCL programs
+
+
+def _collect_coverage(config: pytest.Config) -> None:
+    from tmcm34x.testing import coverage
+
+    coverage.collector = collector = coverage.Collector(config.rootpath)
+    config.stash[_COVERAGE] = collector
+    if _is_worker(config):
+        return
+    folder = _coverage_folder(config)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if config.option.tmcl_coverage_append:
+            collector.read(folder)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise pytest.UsageError(f"--tmcl-coverage={folder}: {reason}") from None
+
+
+def _is_worker(config: pytest.Config) -> bool:
+    """Whether this is a process of pytest-xdist that runs tests for another one."""
+    return hasattr(config, "workeroutput")
+
+
+def _coverage_folder(config: pytest.Config) -> Path:
+    return config.invocation_params.dir / config.option.tmcl_coverage
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Take over what a worker of pytest-xdist has collected."""
+    collector = node.config.stash.get(_COVERAGE, None)
+    output = getattr(node, "workeroutput", {})
+    if collector is not None and _SAVED in output:
+        collector.load(output[_SAVED])
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Write the coverage of all tests, or hand it over."""
+    collector = session.config.stash.get(_COVERAGE, None)
+    if collector is None:
+        return
+    if _is_worker(session.config):
+        cast("Any", session.config).workeroutput[_SAVED] = collector.save()
+    else:
+        collector.write(_coverage_folder(session.config))
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Say how much of each program was executed."""
+    collector = config.stash.get(_COVERAGE, None)
+    if collector is not None:
+        terminalreporter.section("TMCL coverage")
+        for line in collector.lines(_coverage_folder(config)):
+            terminalreporter.line(line)
 
 
 # Sessions

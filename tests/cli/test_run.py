@@ -42,6 +42,23 @@ def summary(run, source, *options):
     return status, json.loads(out)
 
 
+def test_a_parameter_whose_hardware_is_absent_is_named(run):
+    source = "GAP 209, 0 \n AGP 0, 2 \n GAP 209, 1 \n AGP 1, 2 \n SAP 212, 0, 5 \n STOP"
+    _, out, _ = run(source)
+    assert [line for line in out.split("\n") if line.startswith("absent")] == [
+        "absent      program.tmc:1: GAP 209, 0: the encoder position needs an encoder on a TMCM-323, "
+        "which the bench does not have",
+        "absent      program.tmc:5: SAP 212, 0, 5: the maximum encoder deviation needs an encoder on a TMCM-323, "
+        "which the bench does not have",
+    ]
+    bench = Path("bench.toml")
+    bench.write_text("[[module]]\nspi.SPI_SEL0 = { kind = 'tmcm323' }\n")
+    _, data = summary(run, source, "--bench", bench)
+    assert len(data["absent"]) == 2
+    _, data = summary(run, f"SGP 74, 0, 1 \n {source}", "--bench", bench)
+    assert data["absent"] == []
+
+
 def test_a_run_ends_when_the_program_has_stopped_and_sums_up(run):
     status, out, err = run(MOVE)
     assert (status, err) == (0, "")
@@ -356,6 +373,20 @@ def test_coverage_adds_up_over_runs(run):
     assert status == 2
     assert "not of an lcov tracefile" in err
     assert Path("out.info").read_text() == "something else\n"
+
+
+def test_a_tracefile_keeps_other_programs_and_models(run):
+    other = Path("other.tmc")
+    other.write_text("STOP\n")
+    by_model = "#if MODEL == 342\nSIO 0, 2, 1\n#else\nSIO 1, 2, 1\n#endif\nSTOP\n"
+    run(other, "--coverage", "out.info")
+    run(by_model, "--coverage", "out.info", "--model", "342")
+    run(by_model, "--coverage", "out.info", "--model", "343")
+    counted = [line for line in Path("out.info").read_text().split("\n") if line[:2] in ("SF", "DA")]
+    assert counted == ["SF:other.tmc", "DA:1,1", "SF:program.tmc", "DA:2,1", "DA:4,1", "DA:6,2"]
+    assert "STOP" in Path("out.html").read_text()
+    run("STOP\n", "--coverage", "out.info")
+    assert "SF:program.tmc\nBRF:0\nBRH:0\nDA:1,1\nLF:1\n" in Path("out.info").read_text()
 
 
 def test_coverage_needs_a_source(run):

@@ -146,6 +146,128 @@ def test_it_works_under_xdist(run):
     result.assert_outcomes(passed=6)
 
 
+# Coverage of TMCL programs
+
+PROGRAM = """
+        GGP   0, 2
+        JC    ZE, Zero
+        SIO   1, 2, 1
+        STOP
+Zero:   SIO   0, 2, 1
+        STOP
+"""
+COVERED = """
+    from pathlib import Path
+    import pytest
+
+    @pytest.mark.parametrize("value", [0, 0, 1], ids=["zero", "again", "other"])
+    def test_it(tmcm343, value):
+        tmcm343.command(f"SGP 0, 2, {value}")
+        tmcm343.load(Path("demo.tmc"), run=True)
+        tmcm343.run(0.1)
+        assert tmcm343.command(f"GIO {value}, 2") == (100, 1)
+"""
+ALL_TESTS = """\
+TN:
+SF:demo.tmc
+BRDA:3,0,0,2
+BRDA:3,0,1,1
+BRF:2
+BRH:2
+DA:2,3
+DA:3,3
+DA:4,1
+DA:5,1
+DA:6,2
+DA:7,2
+LF:6
+LH:6
+end_of_record
+"""
+
+
+@pytest.fixture
+def demo(pytester):
+    """The program file that the tests load."""
+    path = pytester.path / "demo.tmc"
+    path.write_text(PROGRAM)
+    return path
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "2")])
+def test_coverage_is_summed_over_tests_and_workers(run, pytester, demo, workers):
+    result = run(COVERED, "--tmcl-coverage=cover", *workers)
+    result.assert_outcomes(passed=3)
+    result.stdout.fnmatch_lines(
+        ["demo.tmc     6 of     6 commands,    2 of    2 branches", "written: *.info*"]
+    )
+    assert (pytester.path / "cover" / "coverage.info").read_text() == ALL_TESTS
+    assert "6 of 6 commands executed" in (pytester.path / "cover" / "coverage.html").read_text()
+
+
+def test_coverage_adds_to_earlier_runs_where_wanted(run, pytester, demo):
+    tracefile = pytester.path / "tmcl-coverage" / "coverage.info"
+    for options, counted in (((), "DA:2,1\n"), ((), "DA:2,1\n"), (("--tmcl-coverage-append",), "DA:2,2\n")):
+        run(COVERED, "-k", "other", "--tmcl-coverage", *options)
+        assert counted in tracefile.read_text()
+
+
+def test_a_program_that_the_host_downloads_is_covered(run, pytester, demo):
+    result = run(
+        """
+        from pathlib import Path
+        from tmcm34x.host import program
+        from tmcm34x.toolchain.assembler import assemble
+
+        def test_download(tmcm343):
+            tmcm343.covers(Path("demo.tmc"))
+            connection = tmcm343.connect().connection
+            connection.run(program.download(assemble(Path("demo.tmc").read_text()).program))
+            connection.run(program.run())
+            tmcm343.until("output 0 high")
+
+        def test_another_program(tmcm343):
+            tmcm343.covers(Path("demo.tmc"))
+            tmcm343.run(1)
+        """,
+        "--tmcl-coverage",
+    )
+    result.assert_outcomes(passed=2)
+    result.stdout.fnmatch_lines(
+        ["demo.tmc     4 of     6 commands,    1 of    2 branches", "demo.tmc: not counted *"]
+    )
+
+
+def test_run_program_is_covered(run, demo):
+    result = run(
+        """
+        from pathlib import Path
+        from tmcm34x.testing.programs import run_program
+
+        def test_it():
+            assert not run_program(Path("demo.tmc")).refusals
+            run_program("STOP")
+        """,
+        "--tmcl-coverage",
+    )
+    result.stdout.fnmatch_lines(["demo.tmc     4 of     6 commands,    1 of    2 branches"])
+
+
+def test_coverage_of_nothing_says_so(run):
+    run("", "--tmcl-coverage").stdout.fnmatch_lines(["no program from a file was loaded"])
+
+
+def test_a_folder_for_coverage_that_cannot_be_is_a_usage_error(run, pytester, demo):
+    for options, problem in (
+        (["--tmcl-coverage=demo.tmc"], "File exists"),
+        (["--tmcl-coverage=.", "--tmcl-coverage-append"], "line 1 is not of an lcov tracefile"),
+    ):
+        (pytester.path / "coverage.info").write_text("hello")
+        result = run("", *options)
+        assert result.ret == 4
+        assert problem in result.stderr.str()
+
+
 # Sessions
 
 

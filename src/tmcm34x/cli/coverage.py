@@ -12,12 +12,10 @@ from tmcm34x.trace.coverage import (
     added,
     coverage,
     format_costs,
-    format_html,
-    format_lcov,
     line_costs,
-    parse_lcov,
     subroutine_costs,
 )
+from tmcm34x.trace.tracefile import read_tracefile, write_tracefile
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.module import Module
@@ -41,7 +39,7 @@ def check(options: dict[str, Any], assembly: Assembly | None) -> Coverage:
             f"{path}: name the tracefile, such as {path.with_suffix('.info')}; the page goes beside it"
         )
     try:
-        return parse_lcov(path.read_text(encoding="utf-8")) if path.exists() else {}
+        return read_tracefile(path)
     except (CoverageError, UnicodeDecodeError) as error:
         raise CliError(f"{path}: {error}; it is left as it is") from None
     except OSError as error:
@@ -50,11 +48,9 @@ def check(options: dict[str, Any], assembly: Assembly | None) -> Coverage:
 
 def write(path: Path, assembly: Assembly, counts: Counts, earlier: Coverage) -> None:
     """Write the tracefile, and the page beside it."""
-    result = added(coverage(assembly, counts), earlier)
     try:
-        path.write_text(format_lcov(result), encoding="utf-8", newline="\n")
-        page = format_html(result, assembly.sources)
-        path.with_suffix(".html").write_text(page, encoding="utf-8", newline="\n")
+        result = added(coverage(assembly, counts), earlier, assembly.left_out)
+        write_tracefile(path, result, Path(), assembly.sources)
     except OSError as error:
         raise CliError(f"{error.filename}: {error.strerror}") from None
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.bench.run import ENDINGS, TURNING, MotorAt, Run
+from tmcm34x.chips.tmc423 import Tmc423
 from tmcm34x.clock import NEVER, seconds
 from tmcm34x.firmware.axis import X_ACTUAL, X_TARGET
-from tmcm34x.tmcl.commands import BY_MNEMONIC, WAIT_TYPES
+from tmcm34x.tmcl.commands import BY_MNEMONIC, PROGRAM_SIZE, WAIT_TYPES
 from tmcm34x.tmcl.mnemonic import format_instruction
 from tmcm34x.tmcl.status import STATUS_TEXTS
+from tmcm34x.toolchain.linter.settings import needy_parameters
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.program import ProgramError
@@ -65,6 +68,7 @@ class Report:
             "outputs_switched": self._figures.switched[0],
             "error": refusals[0] if refusals else None,
             "refusals": refusals,
+            "absent": list(self._absent()),
         }
 
     def _refusal(self, error: ProgramError, count: int) -> dict[str, Any]:
@@ -104,6 +108,7 @@ class Report:
             ("error", f"{self._error_place(error)}: {self._error_text(error)}{_times(count)}")
             for error, count in run.refusals.items()
         ]
+        rows += [("absent", text) for text in self._absent()]
         return "\n".join(f"{name:<11} {text}" for name, text in rows)
 
     def _ending(self) -> str:
@@ -132,6 +137,17 @@ class Report:
             if count
         ]
         return "; ".join([f"{self._module.board.outputs:08b}", *switched])
+
+    def _absent(self) -> Iterator[str]:
+        """Parameters of the program that need hardware which the bench does not have."""
+        module = self._module
+        select = module.encoder_interface
+        if select and isinstance(module.board.spi_device(select - 1), Tmc423):
+            return
+        program = [(address, module.program.memory[address]) for address in range(PROGRAM_SIZE)]
+        for address, row in needy_parameters(program).items():
+            text = f"the {row.name} needs {row.needs}, which the bench does not have"
+            yield f"{self.place(address)}: {self._command(address)}: {text}"
 
     # Where things are
 

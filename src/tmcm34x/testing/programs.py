@@ -3,28 +3,35 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tmcm34x.bench.run import Run
 from tmcm34x.clock import clocks
 from tmcm34x.editor import disk
 from tmcm34x.testing.rigs import make_rig
-from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import Assembly, assemble
 from tmcm34x.toolchain.diagnostics import render_all
 
+if TYPE_CHECKING:
+    from tmcm34x.firmware.module import Module
+    from tmcm34x.testing.coverage import Counting
 
-def assemble_source(source: str | Path) -> tuple[Instruction, ...]:
-    """The program in source text, or in the file at a path.  Raises `ValueError` with its diagnostics."""
-    assembly = _assemble(source)
+
+def assemble_source(source: str | Path, model: int = 343) -> Assembly:
+    """The program in source text, or in the file at a path.  Raises `ValueError` with its diagnostics.
+
+    model: 341, 342 or 343, which `#if MODEL == 342` asks
+    """
+    assembly = _assemble(source, model)
     if not assembly.ok:
         raise ValueError(render_all(assembly.diagnostics, assembly.sources).rstrip())
-    return assembly.program
+    return assembly
 
 
-def _assemble(source: str | Path) -> Assembly:
+def _assemble(source: str | Path, model: int) -> Assembly:
     if isinstance(source, str):
-        return assemble(source, "program")
-    return assemble(disk.read_text(source), str(source), disk.include_reader())
+        return assemble(source, "program", model=model)
+    return assemble(disk.read_text(source), str(source), disk.include_reader(), model=model)
 
 
 def run_program(
@@ -44,10 +51,21 @@ def run_program(
     seed: of everything random, without a bench
     Raises `ValueError` for a program that cannot be assembled, `BenchError`, `OSError`.
     """
-    program = assemble_source(source)
     rig = make_rig(model, bench, seed)
-    rig.modules[0].eeprom.write_program(program)
+    module = rig.modules[0]
+    assembly = assemble_source(source, module.board.model.number)
+    module.eeprom.write_program(assembly.program)
+    counting = counting_of(source, module, assembly)
     run = Run(rig)
     run.start()
     run.go(None if limit_s is None else rig.now + clocks(limit_s))
+    if counting is not None:
+        counting.end()
     return run
+
+
+def counting_of(source: str | Path, module: Module, assembly: Assembly) -> Counting | None:
+    """Counts what a module executes of a program from a file, where the coverage of this test run is wanted."""
+    from tmcm34x.testing.coverage import collector
+
+    return collector.count(module, assembly) if collector is not None and isinstance(source, Path) else None

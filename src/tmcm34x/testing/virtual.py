@@ -34,7 +34,9 @@ if TYPE_CHECKING:
     from tmcm34x.host.module import Module as HostModule
     from tmcm34x.links import CanLink, Link, Peer, Send
     from tmcm34x.testing.background import Background
+    from tmcm34x.testing.coverage import Counting
     from tmcm34x.tmcl.telegrams import Direction, Kind
+    from tmcm34x.toolchain.assembler import Assembly
 
 Result = TypeVar("Result")
 Pace = Literal["virtual"] | float
@@ -99,6 +101,7 @@ class VirtualModule(ModuleUnderTest):
         self._pace = VirtualPace(self.rig, self._clockwork)
         self._addresses: dict[str, str] = {}
         self._background: Background | None = None
+        self._counting: Counting | None = None
         open_modules[self.name] = self
         if self._speed:
             self._start()
@@ -163,6 +166,7 @@ class VirtualModule(ModuleUnderTest):
     def close(self) -> None:
         """Close all lines, and end what worked on them."""
         open_modules.pop(self.name, None)
+        self.do(self._end_counting)
         background, self._background = self._background, None
         if background is not None:
             background.await_(self._server.close())
@@ -292,12 +296,36 @@ class VirtualModule(ModuleUnderTest):
         """
         from tmcm34x.testing.programs import assemble_source
 
-        program = assemble_source(source)
-        self.do(lambda: self._store(program, run))
+        assembly = assemble_source(source, self.model)
+        self.do(lambda: self._store(source, assembly, run))
 
-    def _store(self, program: tuple[Instruction, ...], run: bool) -> None:
+    def covers(self, source: Path) -> None:
+        """Count for `pytest --tmcl-coverage` what the module executes of a program that a host brings into its memory.
+
+        source: of that program, whose instructions must be in the memory when the module is closed
+        Raises `ValueError` with the diagnostics of a program that cannot be assembled.
+        """
+        from tmcm34x.testing.programs import assemble_source
+
+        assembly = assemble_source(source, self.model)
+        self.do(lambda: self._count(source, assembly))
+
+    def _count(self, source: str | Path, assembly: Assembly) -> None:
+        from tmcm34x.testing.programs import counting_of
+
+        self._end_counting()
+        self._counting = counting_of(source, self.rig.modules[0], assembly)
+
+    def _end_counting(self) -> None:
+        counting, self._counting = self._counting, None
+        if counting is not None:
+            counting.end()
+
+    def _store(self, source: str | Path, assembly: Assembly, run: bool) -> None:
         module = self.rig.modules[0]
-        module.eeprom.write_program(program)
+        self._end_counting()
+        module.eeprom.write_program(assembly.program)
+        self._count(source, assembly)
         if run:
             module.program.run(0)
 

@@ -14,6 +14,7 @@ meaning   in our words
 choices   values with a name
 effect    what reading it does in the module; empty where reading does nothing
 bits      what each bit stands for, lowest first
+needs     hardware beside the module without which it has no effect; empty where it needs none
 
 `kind` says what a value is; it follows from the other columns.
 
@@ -57,6 +58,9 @@ WITH_DRIVERS: Final = frozenset({341, 343})
 """Modules whose firmware sets currents and reads loads: a TMCM-342 puts out step and direction only."""
 
 
+ENCODER: Final = "an encoder on a TMCM-323"
+
+
 class AxisParameter(NamedTuple):
     """One row of `AXIS_PARAMETERS`; the module docstring names the columns."""
 
@@ -74,6 +78,7 @@ class AxisParameter(NamedTuple):
     effect: str = ""
     section: str = "7.1"
     bits: tuple[str, ...] = ()
+    needs: str = ""
 
     @property
     def kind(self) -> Kind:
@@ -232,10 +237,12 @@ AXIS_PARAMETERS: Final[tuple[AxisParameter, ...]] = (
     AxisParameter(
         209, "encoder_position", "encoder position", "RW", POSITION_MIN, POSITION_MAX, 0, "encoder steps", ALL,
         "Counter of the axis's encoder on a TMCM-323.", effect="exchanges a datagram with the encoder module",
+        needs=ENCODER,
     ),
     AxisParameter(
         210, "encoder_prescaler", "encoder prescaler", "RWE", INT32_MIN, INT32_MAX, 512, "1/512", ALL,
         "What one encoder edge adds to parameter 209 (512 is 1.0); the low bits select null channel functions.",
+        needs=ENCODER,
     ),
     AxisParameter(
         211, "fullstep_threshold", "fullstep threshold", "RWE", 0, 2048, 0, "velocity units", WITH_DRIVERS,
@@ -244,6 +251,7 @@ AXIS_PARAMETERS: Final[tuple[AxisParameter, ...]] = (
     AxisParameter(
         212, "max_encoder_deviation", "maximum encoder deviation", "RWE", 0, 65535, 0, "microsteps", ALL,
         "The motor is stopped when parameters 1 and 209 differ by more; 0 switches the check off.",
+        needs=ENCODER,
     ),
     AxisParameter(
         213, "group_index", "group index", "RW", 0, 255, 0, "", ALL,

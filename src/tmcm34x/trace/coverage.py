@@ -1,14 +1,14 @@
 """Which lines of a TMCL source were executed, which way its conditional jumps went, and what took the time.
 
 Coverage is written as an lcov tracefile, which other tools read and add up, and as an HTML page.  Counts of an
-earlier run that a tracefile holds are added to those of this one, for lines that still are where they were.
+earlier run that a tracefile holds are added to those of this one, for lines that still hold a command.
 
 lcov's records: SF file, DA line,count, BRDA line,block,branch,count (branch 0: jumped, 1: went on), end_of_record.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Set
 from html import escape
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -44,6 +44,7 @@ class LineCounts(NamedTuple):
 
 
 Coverage = Mapping[Line, LineCounts]
+_NONE: Final = LineCounts(0)
 
 
 class Cost(NamedTuple):
@@ -68,9 +69,46 @@ def coverage(assembly: Assembly, counts: Counts) -> dict[Line, LineCounts]:
     }
 
 
-def added(coverage: Coverage, earlier: Coverage) -> dict[Line, LineCounts]:
-    """`coverage` with what an earlier run counted at the same lines."""
-    return {line: counts.plus(earlier.get(line, LineCounts(0))) for line, counts in coverage.items()}
+def added(coverage: Coverage, earlier: Coverage, left_out: Set[Line] = frozenset()) -> dict[Line, LineCounts]:
+    """`coverage` with what an earlier run counted: at the same lines, and in files that are not part of this program.
+
+    left_out: lines that count on another model (`#if`); their counts are kept
+    """
+    files = {file for file, _ in coverage}
+    kept = {line: counts for line, counts in earlier.items() if line[0] not in files or line in left_out}
+    return {**kept, **{line: counts.plus(earlier.get(line, _NONE)) for line, counts in coverage.items()}}
+
+
+def summed(first: Coverage, second: Coverage) -> dict[Line, LineCounts]:
+    """Two coverages as one, with the lines of both."""
+    return {**first, **{line: counts.plus(first.get(line, _NONE)) for line, counts in second.items()}}
+
+
+class Totals(NamedTuple):
+    """Of one file: commands and how many were executed, ways of conditional jumps and how many were taken."""
+
+    file: str
+    commands: int
+    executed: int
+    branches: int
+    taken: int
+
+
+def totals(coverage: Coverage) -> list[Totals]:
+    """What was executed of each file."""
+    return [_totals(file, lines) for file, lines in _by_file(coverage)]
+
+
+def _by_file(coverage: Coverage) -> Iterator[tuple[str, list[tuple[int, LineCounts]]]]:
+    """Each file with its lines in order."""
+    for file in dict.fromkeys(file for file, _ in coverage):
+        yield file, sorted((number, counts) for (name, number), counts in coverage.items() if name == file)
+
+
+def _totals(file: str, lines: list[tuple[int, LineCounts]]) -> Totals:
+    ways = [count for number, counts in lines for _, _, count in _branches(number, counts)]
+    executed = sum(counts.executed > 0 for _, counts in lines)
+    return Totals(file, len(lines), executed, len(ways), sum(count not in {"-", "0"} for count in ways))
 
 
 # lcov
@@ -82,17 +120,17 @@ def format_lcov(coverage: Coverage) -> str:
 
 
 def _records(coverage: Coverage) -> Iterator[str]:
-    for file in dict.fromkeys(file for file, _ in coverage):
-        lines = sorted((number, counts) for (name, number), counts in coverage.items() if name == file)
-        branches = [each for number, counts in lines for each in _branches(number, counts)]
+    for file, lines in _by_file(coverage):
+        total = _totals(file, lines)
+        branches = (each for number, counts in lines for each in _branches(number, counts))
         yield "TN:"
         yield f"SF:{file}"
         yield from (f"BRDA:{number},0,{way},{count}" for number, way, count in branches)
-        yield f"BRF:{len(branches)}"
-        yield f"BRH:{sum(count not in {'-', '0'} for _, _, count in branches)}"
+        yield f"BRF:{total.branches}"
+        yield f"BRH:{total.taken}"
         yield from (f"DA:{number},{counts.executed}" for number, counts in lines)
-        yield f"LF:{len(lines)}"
-        yield f"LH:{sum(counts.executed > 0 for _, counts in lines)}"
+        yield f"LF:{total.commands}"
+        yield f"LH:{total.executed}"
         yield "end_of_record"
 
 
@@ -194,15 +232,18 @@ tr.missed td { background: #d0404033 } tr.half td { background: #d0a00033 }
 
 
 def format_html(coverage: Coverage, sources: Mapping[str, list[str]]) -> str:
-    """A page with every source line, how often it was executed, and which way its jumps never went."""
+    """A page with every source line, how often it was executed, and which way its jumps never went.
+
+    sources: the lines of each file; of a file that has none here, the numbers are shown
+    """
     parts = [f"<!doctype html><meta charset='utf-8'><title>TMCL coverage</title><style>{_STYLE}</style>"]
-    for file in dict.fromkeys(file for file, _ in coverage):
-        lines = {number: counts for (name, number), counts in coverage.items() if name == file}
-        hit = sum(counts.executed > 0 for counts in lines.values())
-        parts.append(f"<h2>{escape(file)}</h2><p>{hit} of {len(lines)} commands executed</p><table>")
-        parts += [
-            _row(number, text, lines.get(number)) for number, text in enumerate(sources.get(file, []), 1)
-        ]
+    for file, counted in _by_file(coverage):
+        lines, total = dict(counted), _totals(file, counted)
+        parts.append(
+            f"<h2>{escape(file)}</h2><p>{total.executed} of {total.commands} commands executed</p><table>"
+        )
+        texts = sources.get(file) or [""] * max(lines)
+        parts += [_row(number, text, lines.get(number)) for number, text in enumerate(texts, 1)]
         parts.append("</table>")
     return "\n".join(parts) + "\n"
 

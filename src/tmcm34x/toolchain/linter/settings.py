@@ -29,10 +29,8 @@ _TARGET, _ACTUAL, _SPEED, _ACCELERATION = (
 )
 _TARGET_SPEED: Final = axis_parameters.BY_KEY["target_speed"].number
 _DIVISORS: Final = {axis_parameters.BY_KEY[key].number: key for key in ("ramp_divisor", "pulse_divisor")}
-_ENCODER: Final = frozenset(
-    axis_parameters.BY_KEY[key].number
-    for key in ("encoder_position", "encoder_prescaler", "max_encoder_deviation")
-)
+_NEEDY: Final = {row.number: row for row in axis_parameters.AXIS_PARAMETERS if row.needs}
+"""Parameters that need hardware beside the module."""
 _DEVIATION: Final = axis_parameters.BY_KEY["max_encoder_deviation"].number
 _AUTO_START: Final = global_parameters.BY_KEY["auto_start"].number
 _VARIABLES: Final = 2
@@ -133,15 +131,20 @@ def _arrival(found: Findings, _flow: Flow, program: Numbered) -> None:
             found.report("W314", found.assembly.code[address].location, text)
 
 
-def _encoder(found: Findings, _flow: Flow, program: Numbered) -> None:
-    """Parameters of an encoder module that may be absent (W315)."""
-    told: set[int] = set()
+def _absent(found: Findings, _flow: Flow, program: Numbered) -> None:
+    """The first use of each parameter that needs hardware which may be absent (W315)."""
+    for address, row in needy_parameters(program).items():
+        where = field_location(found.assembly.code[address], "type")
+        found.report("W315", where, f"the {row.name} needs {row.needs}")
+
+
+def needy_parameters(program: Numbered) -> dict[int, axis_parameters.AxisParameter]:
+    """Parameters that need hardware beside the module, by the address of their first use."""
+    first: dict[int, int] = {}
     for address, (number, type_, _, _) in program:
-        if number in (_SAP, _AAP, _GAP) and type_ in _ENCODER and type_ not in told:
-            told.add(type_)
-            name = axis_parameters.BY_NUMBER[type_].name
-            text = f"{name}: needs a TMCM-323 with encoders at the module"
-            found.report("W315", field_location(found.assembly.code[address], "type"), text)
+        if number in (_SAP, _AAP, _GAP) and type_ in _NEEDY:
+            first.setdefault(type_, address)
+    return {address: _NEEDY[type_] for type_, address in first.items()}
 
 
 def _variables(found: Findings, _flow: Flow, program: Numbered) -> None:
@@ -214,5 +217,5 @@ def _twice(found: Findings, _flow: Flow, program: Numbered) -> None:
 
 
 _RULES: Final = (
-    _still, _divisors, _target, _arrival, _encoder, _variables, _flags, _at_start, _polling, _twice,
+    _still, _divisors, _target, _arrival, _absent, _variables, _flags, _at_start, _polling, _twice,
 )  # fmt: skip
