@@ -176,6 +176,9 @@ SETTINGS = [
     ("W312", "SAP 5, 0, 9\nSAP 153, 1, 8\nSTOP", []),
     ("W313", "ROL 0, 500\nSAP 1, 0, 0\nSAP 0, 0, 0\nSTOP", []),
     ("W313", "MST 1\nSAP 0, 1, 7\nSTOP", [2]),
+    ("W313", "MST 1\nSAP 0, 1, 0\nSAP 1, 1, 0\nSTOP", []),
+    ("W313", "MST 1\nSAP 0, 1, 7\nSAP 138, 1, 0\nSTOP", []),
+    ("W313", "MST 1\nSAP 0, 1, 7\nSAP 138, 2, 0\nSTOP", [2]),
     ("W314", "SAP 0, 1, 7\nWAIT POS, 1, 0\nSTOP", []),
     ("W314", "MVP COORD, $43, 1\nWAIT POS, 1, 0\nWAIT POS, 2, 0\nSTOP", [3]),
     ("W205", "L: JC EDV, L\nSTOP", [1]),
@@ -271,8 +274,18 @@ def test_one_entry_is_no_jump_table():
 
 
 def test_operands_of_a_refused_command_count_as_used():
-    assembly = assemble("Speed = 5\nGo: ROR 0, Speed, 1, 2, 3\nFOO Speed\nJC Go\nSTOP")
-    assert [item.code for item in lint(assembly)] == []
+    for text in (
+        "Speed = 5\nGo: ROR 0, Speed, 1, 2, 3\nFOO Speed\nJC Go\nSTOP",
+        "Speed = 5\nSAPP 4, 0, Speed, 3, 4, 5\nSTOP",
+        "L: JA(L)",
+        "Speed = 5\nSAP 4, 0, Speed Speed\nSTOP",
+    ):
+        assert [item.code for item in lint(assemble(text))] == [], text
+
+
+def test_no_definition_is_removed_while_an_error_may_hide_its_use():
+    (found,) = lint(assemble("Speed = 5\nROR 0, Sped\nSTOP"))
+    assert (found.code, found.fixes) == ("W401", ())
 
 
 def test_nothing_is_said_of_an_appended_stop():
@@ -317,6 +330,15 @@ def test_a_fix_removes_its_finding(code, text, _line, _column):
         ("W502", "L: GAP 1, 0 // x\nGAP 8, 0\nJC ZE, L\nSTOP", "L:  // x\nGAP 8, 0\nJC ZE, L\nSTOP"),
         ("W503", "L: GAP 1, 0\nM: JC GT, L\nSTOP", "L: GAP 1, 0\nM: COMP  0\n        JC GT, L\nSTOP"),
         ("W206", "L: GIO 0, 0\nJC ZE, L\nSTOP", "L: WAIT  TICKS, 0, 1\n        GIO 0, 0\nJC ZE, L\nSTOP"),
+        ("W401", "Speed = 5 // top\nSTOP", "// top\nSTOP"),
+        ("W401", "Lost : ROR 0, 1\nSTOP", "ROR 0, 1\nSTOP"),
+        ("W401", "ROR 0, 1\nLost:\nSTOP", "ROR 0, 1\n\nSTOP"),
+        ("W504", "SAP 4, 0, 1\nSAP 4, 0, 2\nSTOP", "\nSAP 4, 0, 2\nSTOP"),
+        (
+            "W203",
+            "WAIT POS, 0, 9\nJC ETO, Late\nSTOP\nLate: MST 0\nSTOP",
+            "WAIT POS, 0, 9\nJC ETO, Late\nSTOP\nLate: CLE   ETO\n        MST 0\nSTOP",
+        ),
     ],
 )
 def test_a_fix_changes_what_it_must_and_removes_its_finding(code, text, fixed):
@@ -324,6 +346,15 @@ def test_a_fix_changes_what_it_must_and_removes_its_finding(code, text, fixed):
     (fix,) = finding.fixes
     assert apply(text, fix.edits) == fixed
     assert codes(fixed, rules=frozenset({code})) == []
+
+
+@pytest.mark.parametrize("code", RULES)
+def test_a_rule_has_the_fix_that_its_page_promises(code):
+    example, rules = RULES[code].example, frozenset({code})
+    first = findings(example, rules=rules, model=342 if code == "W302" else 343)[0]
+    assert bool(first.fixes) == bool(RULES[code].fix)
+    for fix in first.fixes:
+        assert codes(apply(example, fix.edits), rules=rules) == []
 
 
 @pytest.mark.parametrize(
@@ -334,6 +365,12 @@ def test_a_fix_changes_what_it_must_and_removes_its_finding(code, text, fixed):
         ("W502", "L: GAP 206, 0\nGAP 8, 0\nJC ZE, L\nSTOP"),
         ("W502", "L: GAP 1, 0\nGAP 8, 0\nJC ZE, 0\nJA L"),
         ("W503", "GAP 1, 0\nJC GT, 2\nSTOP"),
+        ("W203", "L: WAIT POS, 0, 9\nJC ETO, L\nSTOP"),
+        ("W203", "WAIT POS, 0, 9\nJC ETO, L\nMST 0\nL: STOP"),
+        ("W203", "WAIT POS, 0, 9\nJC ETO, 3\nSTOP\nSTOP"),
+        ("W203", "WAIT POS, 0, 9\nJC ETO, -1\nSTOP"),
+        ("W504", "SAP 0, 0, 1\nSAP 0, 0, 2\nSTOP"),
+        ("W504", "SAP 4, 0, 1\nSAP 4, 0, 2\nJA 1"),
         ("W503", "GAP 1, 0\nJC GT, L\n//! DATA 22, 0, 0, 2\nL: STOP"),
     ],
 )

@@ -124,10 +124,14 @@ def title(code: str) -> str:
 def page(code: str) -> str:
     """The page of a diagnostic in Markdown, without its heading."""
     row = MISTAKES.get(code) or RULES[code]
-    severity = RULES[code].severity if code in RULES else "error"
-    switched = "" if code not in RULES or RULES[code].on else ", off unless asked for"
     example = "\n".join(row.example.split("\n")[:_SHOWN_LINES])
-    return (
-        f"{row.reason} *{severity.capitalize()}{switched}.*\n\n"
-        f"```tmcl wrong\n{example}\n```\n\n```tmcl\n{row.cure}\n```\n"
-    )
+    return f"{row.reason} {_nature(code)}\n\n```tmcl wrong\n{example}\n```\n\n```tmcl\n{row.cure}\n```\n"
+
+
+def _nature(code: str) -> str:
+    """How severe a diagnostic is; of a rule also whether it is on, and its fix."""
+    if code not in RULES:
+        return "*Error.*"
+    rule = RULES[code]
+    switched = "" if rule.on else ", off unless asked for"
+    return f"*{rule.severity.capitalize()}{switched}.* {f'Fix: {rule.fix}' if rule.fix else 'No fix'}."

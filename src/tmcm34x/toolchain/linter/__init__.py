@@ -34,7 +34,7 @@ def lint(assembly: Assembly, *, model: int = 343, rules: frozenset[str] = DEFAUL
     if assembly.ok and assembly.code:
         flow = Flow([code.instruction for code in assembly.code], found.entries)
         check_flow(found, flow)
-        check_program(found)
+        check_program(found, flow)
         check_registers(found, flow)
         check_settings(found, flow)
     found.finish()

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterable
 from functools import cached_property
 from typing import Final
 
 from tmcm34x.tmcl.commands import Field
+from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import Assembly, Code
-from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Fix, Location
+from tmcm34x.toolchain.diagnostics import Diagnostic, Fix, Location
 from tmcm34x.toolchain.entries import entries
 from tmcm34x.toolchain.expressions import ExpressionError, Operand, evaluate
 from tmcm34x.toolchain.linter.rules import RULES, ignored_codes
 from tmcm34x.toolchain.parser import Command, Constant
 from tmcm34x.toolchain.tokens import Token, number_value
 
+Numbered = list[tuple[int, Instruction]]
+"""The instructions of a program with their addresses."""
 _SEVERAL: Final = 3
 """Different parameters missing from the model make it likely that a program is for another one."""
 _WRITTEN_FOR_ANOTHER: Final = "; was the program written for another module?"
@@ -38,6 +42,19 @@ class Findings:
     def entries(self) -> tuple[int, ...]:
         """Where the program may be started."""
         return entries(self.assembly)
+
+    @cached_property
+    def mistaken(self) -> frozenset[str]:
+        """Words in lines with errors, in upper case: names that stand there may be used, whatever is wrong there.
+
+        While an include file is missing, that holds for all names.
+        """
+        errors = [item for item in self.assembly.diagnostics if item.severity == "error"]
+        if any(item.code in ("E501", "E503") for item in errors):
+            return frozenset(self.assembly.symbols)
+        lines = {(item.location.file, item.location.line) for item in errors}
+        texts = (self.assembly.sources[file][line - 1].partition("//")[0] for file, line in lines)
+        return frozenset(word.upper() for text in texts for word in re.findall(r"\w+", text))
 
     def report(self, code: str, location: Location, text: str, fixes: Iterable[Fix] = ()) -> None:
         """Add a finding, unless a comment on its line keeps it quiet."""
@@ -96,43 +113,6 @@ def is_number(operand: Operand) -> bool:
     if isinstance(operand, Token):
         return operand.kind == "number"
     return [step[0] for step in operand.steps] == ["number", "unary"]
-
-
-def insertion(found: Findings, code: Code, command: str) -> tuple[Fix, ...]:
-    """The fix that puts a command before another one, behind the labels of its line."""
-    if not _addresses_are_labels(found):
-        return ()
-    place = code.location
-    here = place._replace(end=place.column)
-    return (Fix(f"Insert {command}", (Edit(here, f"{command}\n        "),)),)
-
-
-def removal(found: Findings, code: Code) -> tuple[Fix, ...]:
-    """The fix that takes a command away and leaves the labels and the comment of its line."""
-    if not _addresses_are_labels(found):
-        return ()
-    return (Fix(f"Remove {name_of(code)}", (Edit(code.location, ""),)),)
-
-
-def _addresses_are_labels(found: Findings) -> bool:
-    """Whether all jumps stay right when commands move: none goes to a number."""
-    labels = {key for key, symbol in found.assembly.symbols.items() if symbol.kind == "label"}
-    return all(
-        isinstance(operand, Token) and operand.text.upper() in labels
-        for code in found.assembly.code
-        for operand in _addresses(code)
-    )
-
-
-def _addresses(code: Code) -> Iterator[Operand | None]:
-    """The operands of a command that are addresses; of a DATA line, which may hold one, None."""
-    statement = code.line.statement
-    if code.row is None:
-        yield None
-    elif isinstance(statement, Command):
-        for row, operand in zip(code.row.operands, statement.operands, strict=False):
-            if row.kind == "address":
-                yield operand
 
 
 def field_location(code: Code, field: Field) -> Location:

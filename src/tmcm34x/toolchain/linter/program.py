@@ -8,34 +8,34 @@ from typing import Final
 from tmcm34x.tmcl import global_parameters
 from tmcm34x.tmcl.commands import BY_MNEMONIC, COMMANDS, STACK_DEPTH
 from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.numbers import COMMAND, GP
 from tmcm34x.toolchain.assembler import Code, Symbol
 from tmcm34x.toolchain.diagnostics import Edit, Fix, Location, shown
 from tmcm34x.toolchain.expressions import FUNCTIONS
 from tmcm34x.toolchain.flow import JC, JUMPS, RSUB, STOP, Flow
 from tmcm34x.toolchain.linter.findings import Findings, field_location
+from tmcm34x.toolchain.linter.fixes import forgetting, insertion
 
-_NUMBERS: Final = {row.mnemonic: row.number for row in COMMANDS}
 _COORD: Final = dict(BY_MNEMONIC["MVP"].operands[0].words)["COORD"]
-_ETO_CONDITION: Final = dict(BY_MNEMONIC["JC"].operands[0].words)["ETO"]
+_ASKS_ETO: Final = (JC, dict(BY_MNEMONIC["JC"].operands[0].words)["ETO"])
+"""Command and type of a JC ETO."""
 _ETO_FLAG: Final = dict(BY_MNEMONIC["CLE"].operands[0].words)["ETO"]
 _ALL_FLAGS: Final = dict(BY_MNEMONIC["CLE"].operands[0].words)["ALL"]
 _WORDS: Final = {word for row in COMMANDS for operand in row.operands for word, _ in operand.words}
-_COORDINATE_STORAGE: Final = global_parameters.BY_KEY["coordinate_storage"].number
 _COPY: Final = 255
 """Motor field of SCO and GCO that copies between RAM and EEPROM."""
 
 
 def check_names(found: Findings) -> None:
     """Report names without use, and names that are words of the language (W401, W402)."""
-    whole = not any(item.code in ("E501", "E503") for item in found.assembly.diagnostics)
     for symbol in found.assembly.symbols.values():
-        if symbol.definition.file != found.assembly.file:
-            continue
-        if whole and not symbol.references and not _entered(found, symbol):
-            found.report("W401", symbol.definition, f"{symbol.kind} {shown(symbol.name)} is never used")
-        key = symbol.name.upper()
-        if symbol.kind == "constant" and (key in _WORDS or key in FUNCTIONS or key in BY_MNEMONIC):
-            found.report("W402", symbol.definition, f"{key} is also a word of the language")
+        if symbol.definition.file == found.assembly.file:
+            if not (symbol.references or _entered(found, symbol) or symbol.name.upper() in found.mistaken):
+                text = f"{symbol.kind} {shown(symbol.name)} is never used"
+                found.report("W401", symbol.definition, text, forgetting(found, symbol))
+            key = symbol.name.upper()
+            if symbol.kind == "constant" and (key in _WORDS or key in FUNCTIONS or key in BY_MNEMONIC):
+                found.report("W402", symbol.definition, f"{key} is also a word of the language")
 
 
 def _entered(found: Findings, symbol: Symbol) -> bool:
@@ -48,18 +48,17 @@ def check_flow(found: Findings, flow: Flow) -> None:
     codes = found.assembly.code
     _unreached(found, flow)
     if _runs_past_end(flow):
-        found.report(
-            "W102",
-            codes[-1].location,
-            "the program runs past its end",
-            [
-                _stop_fix(
-                    found,
-                )
-            ],
-        )
+        found.report("W102", codes[-1].location, "the program runs past its end", [_stop_fix(found)])
+    _calls(found, flow)
+    for address in sorted(flow.looping):
+        if address < flow.end and _writes_eeprom(found, codes[address]):
+            found.report("W202", codes[address].location, "the EEPROM is written at each turn of a loop")
+
+
+def _calls(found: Findings, flow: Flow) -> None:
+    codes = found.assembly.code
     for address in sorted(flow.main):
-        if address < flow.end and flow.program[address] is not None and _number_of(codes[address]) == RSUB:
+        if address < flow.end and _number_of(codes[address]) == RSUB:
             found.report("W104", codes[address].location, "no call is open here: RSUB is ignored")
     for address in sorted(flow.recursive):
         found.report("W105", codes[address].location, "this subroutine comes to call itself")
@@ -67,9 +66,6 @@ def check_flow(found: Findings, flow: Flow) -> None:
         if flow.depth.get(address) == STACK_DEPTH and address not in flow.recursive:
             text = f"{STACK_DEPTH} calls may be open here already: this one is ignored then"
             found.report("W103", codes[address].location, text)
-    for address in sorted(flow.looping):
-        if address < flow.end and _writes_eeprom(found, codes[address]):
-            found.report("W202", codes[address].location, "the EEPROM is written at each turn of a loop")
 
 
 def _unreached(found: Findings, flow: Flow) -> None:
@@ -104,32 +100,44 @@ def _stop_fix(found: Findings) -> Fix:
     return Fix("Add STOP", (Edit(end, "\n        STOP"),))
 
 
-def check_program(found: Findings) -> None:
+def check_program(found: Findings, flow: Flow) -> None:
     """Report commands that miss another one anywhere in the program (W203, W308)."""
     program = [(code, code.instruction) for code in found.assembly.code if code.instruction is not None]
     settable = _coordinates_set(instruction for _, instruction in program)
-    clears = any(i.number == _NUMBERS["CLE"] and i.type in (_ETO_FLAG, _ALL_FLAGS) for _, i in program)
+    clears = any(i.number == COMMAND.CLE and i.type in (_ETO_FLAG, _ALL_FLAGS) for _, i in program)
     for code, instruction in program:
-        number = instruction.number
-        if number == _NUMBERS["MVP"] and instruction.type == _COORD:
+        if instruction[:2] == (COMMAND.MVP, _COORD):
             if settable is not None and instruction.value not in settable:
                 text = f"coordinate {instruction.value} is never set in this program"
                 found.report("W308", field_location(code, "value"), text)
-        elif number == JC and instruction.type == _ETO_CONDITION and not clears:
-            found.report("W203", code.location, "no CLE in this program clears ETO")
+        elif instruction[:2] == _ASKS_ETO and not clears:
+            found.report("W203", code.location, "no CLE in this program clears ETO", _cleared(found, flow))
+
+
+def _cleared(found: Findings, flow: Flow) -> tuple[Fix, ...]:
+    """The fix that clears ETO wherever a time-out leads to; none where anything else leads there too."""
+    asking = {a: i.value for a, i in enumerate(flow.program) if i is not None and i[:2] == _ASKS_ETO}
+    targets = sorted(set(asking.values()))
+    for address, following in enumerate(flow.edges):
+        others = following if address not in asking else following[:1]
+        if any(target in others for target in targets):
+            return ()
+    if targets[0] < 0 or targets[-1] >= flow.end or set(targets) & set(flow.entries):
+        return ()
+    return insertion(found, [found.assembly.code[target] for target in targets], "CLE   ETO")
 
 
 def _coordinates_set(program: Iterable[Instruction]) -> set[int] | None:
     """The coordinates that the program sets or reads from the EEPROM; None when that may be all."""
     known: set[int] = set()
     for number, type_, motor, value in program:
-        if number == _NUMBERS["GCO"] and motor == _COPY:
+        if number == COMMAND.GCO and motor == _COPY:
             if type_ == 0:
                 return None
             known.add(type_)
-        elif number == _NUMBERS["SGP"] and (type_, motor) == (_COORDINATE_STORAGE, 0) and value:
+        elif number == COMMAND.SGP and (type_, motor) == (GP.COORDINATE_STORAGE, 0) and value:
             return None
-        elif number in (_NUMBERS["SCO"], _NUMBERS["CCO"], _NUMBERS["ACO"]) and motor != _COPY:
+        elif number in (COMMAND.SCO, COMMAND.CCO, COMMAND.ACO) and motor != _COPY:
             known.add(type_)
     return known
 
@@ -150,7 +158,7 @@ def _writes_eeprom(found: Findings, code: Code) -> bool:
 
 def _coordinates_in_eeprom(found: Findings) -> bool:
     """Whether the program puts the coordinates into the EEPROM."""
-    wanted = (_NUMBERS["SGP"], _COORDINATE_STORAGE, 0, 1)
+    wanted = (COMMAND.SGP, GP.COORDINATE_STORAGE, 0, 1)
     return any(code.instruction == wanted for code in found.assembly.code)
 
 

@@ -9,13 +9,16 @@ Source: manual 6.7.16 to 6.7.20 and 6.7.29 to 6.7.31.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
 
 from tmcm34x.tmcl import axis_parameters, global_parameters
 from tmcm34x.tmcl.commands import COMMANDS
 from tmcm34x.tmcl.datagram import Instruction
-from tmcm34x.toolchain.flow import CSUB, JC, RSUB, Flow
-from tmcm34x.toolchain.linter.findings import Findings, insertion, removal
+from tmcm34x.tmcl.numbers import COMMAND
+from tmcm34x.toolchain.flow import CSUB, RSUB, Flow
+from tmcm34x.toolchain.linter.findings import Findings
+from tmcm34x.toolchain.linter.fixes import insertion, removal
 
 A, X, COMPARED, ALL = 1, 2, 4, 7
 """Bits of a set: accumulator, register X, result of COMP."""
@@ -29,7 +32,6 @@ class Effect(NamedTuple):
     loads: bool = False
 
 
-_NUMBERS: Final = {row.mnemonic: row.number for row in COMMANDS}
 _WORDS: Final = {row.mnemonic: dict(row.operands[0].words) for row in COMMANDS if row.operands}
 _LOAD: Final = _WORDS["CALC"]["LOAD"]
 _CALCX: Final = {
@@ -38,38 +40,40 @@ _CALCX: Final = {
 }
 _RESULT: Final = frozenset({_WORDS["JC"]["ZE"], _WORDS["JC"]["NZ"]})
 _COMPARISON: Final = frozenset(_WORDS["JC"][word] for word in ("EQ", "NE", "GT", "GE", "LT", "LE"))
-_READS: Final = frozenset(_NUMBERS[name] for name in ("GAP", "GGP", "GIO"))
-_WRITES: Final = frozenset(_NUMBERS[name] for name in ("AAP", "AGP", "ACO"))
-_USER: Final = range(_NUMBERS["UF0"], _NUMBERS["UF7"] + 1)
+_READS: Final = frozenset({COMMAND.GAP, COMMAND.GGP, COMMAND.GIO})
+_WRITES: Final = frozenset({COMMAND.AAP, COMMAND.AGP, COMMAND.ACO})
+_USER: Final = range(COMMAND.UF0, COMMAND.UF7 + 1)
 _COPY: Final = 255
 _FROM_ACCUMULATOR: Final = -1
 _ALL_PORTS: Final = 255
 _SENDS_ACCUMULATOR: Final = 0x80
 _NOTHING: Final = Effect()
+_READ: Final = Effect(0, A, loads=True)
+_STATUS: Final = _WORDS["RFS"]["STATUS"]
+_FIXED: Final = {
+    COMMAND.COMP: Effect(A, COMPARED), **dict.fromkeys(_WRITES, Effect(A)), **dict.fromkeys(_USER, Effect(A | X, ALL)),
+}  # fmt: skip
+"""Commands that always do the same."""
+_BY_TYPE: Final[Mapping[int, Callable[[int], Effect]]] = {
+    COMMAND.CALC: lambda type_: _READ if type_ == _LOAD else Effect(A, A),
+    COMMAND.CALCX: lambda type_: _CALCX.get(type_, Effect(A | X, A)),
+    COMMAND.JC: lambda type_: Effect(A if type_ in _RESULT else COMPARED if type_ in _COMPARISON else 0),
+    COMMAND.RFS: lambda type_: _READ if type_ == _STATUS else _NOTHING,
+    COMMAND.SAC: lambda type_: Effect(A if type_ >= _SENDS_ACCUMULATOR else 0, A),
+}
+"""Commands whose type field decides."""
 
 
 def effect(instruction: Instruction) -> Effect:
     """What a command uses and sets; CSUB is left to the analyses."""
     number, type_, motor, value = instruction
-    if number in _READS or (number == _NUMBERS["GCO"] and motor != _COPY):
-        return Effect(0, A, loads=True)
-    if number in _WRITES:
+    if number in _BY_TYPE:
+        return _BY_TYPE[number](type_)
+    if number in _READS or (number == COMMAND.GCO and motor != _COPY):
+        return _READ
+    if number == COMMAND.SIO and type_ == _ALL_PORTS and value == _FROM_ACCUMULATOR:
         return Effect(A)
-    if number == _NUMBERS["CALC"]:
-        return Effect(0, A, loads=True) if type_ == _LOAD else Effect(A, A)
-    if number == _NUMBERS["CALCX"]:
-        return _CALCX.get(type_, Effect(A | X, A))
-    if number == _NUMBERS["COMP"]:
-        return Effect(A, COMPARED)
-    if number == JC:
-        return Effect(A if type_ in _RESULT else COMPARED if type_ in _COMPARISON else 0)
-    if number == _NUMBERS["RFS"] and type_ == _WORDS["RFS"]["STATUS"]:
-        return Effect(0, A, loads=True)
-    if number == _NUMBERS["SIO"] and type_ == _ALL_PORTS and value == _FROM_ACCUMULATOR:
-        return Effect(A)
-    if number == _NUMBERS["SAC"]:
-        return Effect(A if type_ >= _SENDS_ACCUMULATOR else 0, A)
-    return Effect(A | X, ALL) if number in _USER else _NOTHING
+    return _FIXED.get(number, _NOTHING)
 
 
 def check_registers(found: Findings, flow: Flow) -> None:
@@ -97,7 +101,7 @@ def _unset(found: Findings, flow: Flow, effects: list[Effect]) -> None:
         messages = {code: text for register, code, text in _MISSING if missing & register & ~told}
         for code, text in messages.items():
             where = found.assembly.code[address]
-            fixes = insertion(found, where, "COMP  0") if code == "W503" else ()
+            fixes = insertion(found, [where], "COMP  0") if code == "W503" else ()
             found.report(code, where.location, text, fixes)
         told |= missing
 
@@ -138,8 +142,8 @@ def _is_harmless(instruction: Instruction | None) -> bool:
     assert instruction is not None
     number, type_, bank, _ = instruction
     rows = {
-        _NUMBERS["GAP"]: axis_parameters.BY_NUMBER.get(type_),
-        _NUMBERS["GGP"]: global_parameters.BY_NUMBER.get((bank, type_)),
+        COMMAND.GAP: axis_parameters.BY_NUMBER.get(type_),
+        COMMAND.GGP: global_parameters.BY_NUMBER.get((bank, type_)),
     }
     row = rows.get(number)
     return row is None or not row.effect

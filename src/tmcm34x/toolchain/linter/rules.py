@@ -15,6 +15,7 @@ class Rule(NamedTuple):
 
     example: a program that the rule finds fault with, and `cure` one that does the same without
     on: whether the rule is on unless asked for
+    fix: what the fix does that editors offer; empty where none is certain to be right
     """
 
     severity: Severity
@@ -23,6 +24,7 @@ class Rule(NamedTuple):
     example: str
     cure: str
     on: bool = True
+    fix: str = ""
 
 
 RULES: Final[Mapping[str, Rule]] = MappingProxyType({
@@ -43,6 +45,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        ROR   0, 500\n",
         "        ROR   0, 500\n"
         "        STOP\n",
+        fix="adds STOP",
     ),
     "W103": Rule(
         "warning", "more than eight calls open",
@@ -114,6 +117,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n"
         "Failed: CLE   ETO\n"
         "        STOP\n",
+        fix="gives the wait 30 s",
     ),
     "W202": Rule(
         "warning", "EEPROM written in a loop",
@@ -137,6 +141,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n"
         "Failed: CLE   ETO\n"
         "        STOP\n",
+        fix="puts CLE ETO where the time-out leads to, unless something else leads there too",
     ),
     "W204": Rule(
         "information", "EEPROM written at each automatic start",
@@ -176,6 +181,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        GIO   0, 0\n"
         "        JC    ZE, Loop\n"
         "        STOP\n", on=False,
+        fix="puts WAIT TICKS, 0, 1 into the loop",
     ),
     "W301": Rule(
         "warning", "value out of the parameter's range",
@@ -184,6 +190,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n",
         "        SAP   140, 0, 6\n"
         "        STOP\n",
+        fix="takes the nearest value in range",
     ),
     "W302": Rule(
         "warning", "a parameter that this model does not have",
@@ -236,6 +243,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n",
         "        MVP   ABS, 0, 8388607\n"
         "        STOP\n",
+        fix="takes the nearest value in range",
     ),
     "W308": Rule(
         "warning", "a coordinate that is never set",
@@ -266,6 +274,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n",
         "        WAIT  TICKS, 0, 4\n"
         "        STOP\n",
+        fix="writes the rounded number, where a number stands there",
     ),
     "W311": Rule(
         "warning", "a move with speed or acceleration 0",
@@ -340,6 +349,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "Speed = 500\n"
         "        ROR   0, Speed\n"
         "        STOP\n",
+        fix="removes the definition",
     ),
     "W402": Rule(
         "information", "a constant called like a word of the language",
@@ -361,6 +371,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        GAP   1, 0\n"
         "        AAP   0, 1\n"
         "        STOP\n",
+        fix="removes the number",
     ),
     "W501": Rule(
         "warning", "a register used before it is loaded",
@@ -387,6 +398,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        CALCX SUB\n"
         "        AGP   0, 2\n"
         "        STOP\n",
+        fix="removes the command, unless reading acts in the module",
     ),
     "W503": Rule(
         "warning", "a comparison that was never made",
@@ -399,6 +411,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        COMP  0\n"
         "        JC    EQ, Loop\n"
         "        STOP\n",
+        fix="puts COMP 0 before the jump",
     ),
     "W504": Rule(
         "warning", "a value that is written over",
@@ -410,6 +423,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        SAP   4, 0, 500\n"
         "        SAP   5, 0, 800\n"
         "        STOP\n",
+        fix="removes the first command, unless it moves the motor",
     ),
 })  # fmt: skip
 """All rules, by code."""

@@ -1,0 +1,63 @@
+"""Fixes that put commands into a program or take them out; none where an address is written as a number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from tmcm34x.toolchain.assembler import Code, Symbol
+from tmcm34x.toolchain.diagnostics import Edit, Fix, shown
+from tmcm34x.toolchain.expressions import Operand
+from tmcm34x.toolchain.linter.findings import Findings, name_of
+from tmcm34x.toolchain.parser import Command, Constant
+from tmcm34x.toolchain.tokens import BLANKS, Token
+
+
+def insertion(found: Findings, codes: Iterable[Code], command: str) -> tuple[Fix, ...]:
+    """The fix that puts a command before others, behind the labels of their lines."""
+    if not _addresses_are_labels(found):
+        return ()
+    edits = (Edit(c.location._replace(end=c.location.column), f"{command}\n        ") for c in codes)
+    return (Fix(f"Insert {command}", tuple(edits)),)
+
+
+def removal(found: Findings, code: Code) -> tuple[Fix, ...]:
+    """The fix that takes a command away and leaves the labels and the comment of its line."""
+    if not _addresses_are_labels(found):
+        return ()
+    return (Fix(f"Remove {name_of(code)}", (Edit(code.location, ""),)),)
+
+
+def forgetting(found: Findings, symbol: Symbol) -> tuple[Fix, ...]:
+    """The fix that takes the definition of a name away; none while an error may hide where the name is used."""
+    if not found.assembly.ok:
+        return ()
+    place = symbol.definition
+    text = found.assembly.sources[place.file][place.line - 1]
+    line = found.assembly.lines[place.file][place.line - 1]
+    end = len(text) if line.comment is None else line.comment
+    if not isinstance(line.statement, Constant):
+        end = text.index(":", place.end - 1) + 1
+    while text[end : end + 1] and text[end] in BLANKS:
+        end += 1
+    return (Fix(f"Remove {shown(symbol.name)}", (Edit(place._replace(end=end + 1), ""),)),)
+
+
+def _addresses_are_labels(found: Findings) -> bool:
+    """Whether all jumps stay right when commands move: none goes to a number."""
+    labels = {key for key, symbol in found.assembly.symbols.items() if symbol.kind == "label"}
+    return all(
+        isinstance(operand, Token) and operand.text.upper() in labels
+        for code in found.assembly.code
+        for operand in _addresses(code)
+    )
+
+
+def _addresses(code: Code) -> Iterator[Operand | None]:
+    """The operands of a command that are addresses; of a DATA line, which may hold one, None."""
+    statement = code.line.statement
+    if code.row is None:
+        yield None
+    elif isinstance(statement, Command):
+        for row, operand in zip(code.row.operands, statement.operands, strict=False):
+            if row.kind == "address":
+                yield operand
