@@ -5,10 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tmcm34x.tmcl import axis_parameters, commands, datagram, global_parameters, mnemonic
-from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS
+from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS, LATER_AXIS_PARAMETERS
 from tmcm34x.tmcl.commands import COMMANDS, CONTROL_FUNCTIONS
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS
+from tmcm34x.tmcl.groups import AXIS_GROUPS, GLOBAL_GROUPS
 from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 
 int32 = st.integers(-(2**31), 2**31 - 1)
@@ -159,3 +160,10 @@ def test_a_wrong_line_says_what_is_wrong(line, message):
 )
 def test_blanks_commas_cases_and_bases_are_all_read(line):
     assert mnemonic.parse_instruction(line) == Instruction(5, 4, 0, 996)
+
+
+def test_each_parameter_is_in_one_group():
+    axis = sorted(number for _, numbers in AXIS_GROUPS for number in numbers)
+    assert axis == sorted(row.number for row in (*AXIS_PARAMETERS, *LATER_AXIS_PARAMETERS))
+    general = sorted(number for _, numbers in GLOBAL_GROUPS for number in numbers)
+    assert general == [row.number for row in GLOBAL_PARAMETERS if row.bank == 0]

@@ -219,7 +219,7 @@ export interface Choice {
     text: string;
 }
 
-/** A row of the parameter tables; `bank` is -1 for an axis parameter. */
+/** A row of the parameter tables; `bank` is -1 for an axis parameter. `kind` says what its value is, `group` under which title it is listed, `bits` what each bit stands for. */
 export interface Parameter {
     bank: number;
     number: number;
@@ -233,6 +233,9 @@ export interface Parameter {
     meaning: string;
     section: string;
     choices: Choice[];
+    kind: string;
+    group: string;
+    bits: string[];
 }
 
 /** One operand of a command. */
@@ -274,6 +277,8 @@ export interface Tables {
     control: CommandShape[];
     axis: Parameter[];
     globals: Parameter[];
+    axis_groups: string[];
+    global_groups: string[];
     statuses: Choice[];
     foreign: string[];
     functions: string[];

@@ -4,6 +4,8 @@ import { test } from "node:test";
 import {
     accelerationOfSlope,
     clockText,
+    physical,
+    placeText,
     grouped,
     rampSeconds,
     rate,
@@ -58,3 +60,21 @@ test("three digits are enough", () => {
 });
 
 test("a clock counts hours and milliseconds", () => assert.equal(clockText(3725.0426), "1:02:05.042"));
+
+test("values are physical by the kind of their parameter", () => {
+    const s = { ...scale, max_current_ma: 1100 };
+    assert.equal(physical("position", "microsteps", -12800, s), "\u22121.00 turns");
+    assert.equal(physical("position", "encoder steps", 5, s), "");
+    assert.equal(physical("speed", "velocity units", 1000, s), "143 rpm");
+    assert.equal(physical("acceleration", "acceleration units", 300, s), "10.9 turns/s\u00b2");
+    assert.equal(physical("current", "1/255 of the module's maximum", 255, s), "1100 mA");
+    assert.equal(physical("time", "10 ms", 200, s), "2.00 s");
+    assert.equal(physical("time", "ms", 15, s), "15.0 ms");
+    assert.equal(physical("number", "power of two", 3, s), "\u00f7 8");
+    assert.equal(physical("flag", "", 1, s), "");
+});
+
+test("a way is what a turn moves, from a place on", () => {
+    const stage = { ...scale, way: { unit: "mm", turn: -5 } };
+    assert.equal(placeText(stage, 12800, 60), "55.00 mm");
+});

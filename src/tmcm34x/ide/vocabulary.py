@@ -19,6 +19,7 @@ from tmcm34x.tmcl.commands import (
     Words,
 )
 from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS, GlobalParameter
+from tmcm34x.tmcl.groups import AXIS_GROUP, AXIS_GROUPS, GLOBAL_GROUP, GLOBAL_GROUPS
 from tmcm34x.tmcl.status import STATUS_TEXTS
 
 
@@ -32,6 +33,8 @@ def tables(model: int) -> wire.Tables:
         control=[_command(row) for row in CONTROL_FUNCTIONS],
         axis=[_parameter(-1, row) for row in AXIS_PARAMETERS if model in row.models],
         globals=[_parameter(row.bank, row) for row in GLOBAL_PARAMETERS],
+        axis_groups=[title for title, _ in AXIS_GROUPS],
+        global_groups=[title for title, _ in GLOBAL_GROUPS],
         statuses=[wire.Choice(int(number), text) for number, text in STATUS_TEXTS.items()],
         foreign=list(FOREIGN_COMMANDS),
         functions=list(FUNCTIONS),
@@ -65,9 +68,11 @@ def _command(row: Command) -> wire.CommandShape:
 
 
 def _parameter(bank: int, row: AxisParameter | GlobalParameter) -> wire.Parameter:
+    groups = AXIS_GROUP if bank < 0 else GLOBAL_GROUP
     return wire.Parameter(
         bank, row.number, row.key, row.name, row.access, row.low, row.high, row.default, row.unit, row.meaning,
-        row.section, _choices(row.choices),
+        row.section, _choices(row.choices), row.kind, "" if bank > 0 else groups[row.number],
+        list(row.bits) if isinstance(row, AxisParameter) else [],
     )  # fmt: skip
 
 

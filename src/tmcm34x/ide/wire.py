@@ -152,7 +152,10 @@ class Choice(Shape):
 
 
 class Parameter(Shape):
-    """A row of the parameter tables; `bank` is -1 for an axis parameter."""
+    """A row of the parameter tables; `bank` is -1 for an axis parameter.
+
+    `kind` says what its value is, `group` under which title it is listed, `bits` what each bit stands for.
+    """
 
     bank: int
     number: int
@@ -166,6 +169,9 @@ class Parameter(Shape):
     meaning: str
     section: str
     choices: list[Choice]
+    kind: str
+    group: str
+    bits: list[str]
 
 
 class OperandShape(Shape):
@@ -212,6 +218,10 @@ class Tables(Shape):
     control: list[CommandShape]
     axis: list[Parameter]
     globals: list[Parameter]
+    axis_groups: list[str]
+    """Titles of groups, in the order of a page."""
+    global_groups: list[str]
+    """The first is that of the chips, which the manual warns of."""
     statuses: list[Choice]
     foreign: list[str]
     functions: list[str]

@@ -166,7 +166,7 @@ def test_a_driver_fault_is_raised_and_shown(page: Page):
     tab(page, "Direct mode")
     line(page, "ROR 2, 300")
     tab(page, "Axes")
-    expect(page.locator(".axis.motor2 .errors")).to_have_text("open load A")
+    expect(page.locator(".axis.motor2 .errors")).to_have_text("open load on bridge A")
     tab(page, "Bench")
     page.get_by_role("group", name="Driver faults of motor 2").get_by_role(
         "button", name="open load a"

@@ -347,7 +347,7 @@ def test_a_changed_divisor_changes_the_speed_in_turns_at_once(stage: Stage):
     arm(page)
     tab(page, "Direct mode")
     line(page, "ROR 0, 400")
-    unit = page.locator(".axis.motor0 .figures .unit")
+    unit = page.locator(".axis.motor0 [data-figure=turning]")
     expect(unit).to_contain_text("57.2 rpm")
     ask("SAP 154, 0, 4")
     expect(unit).to_contain_text("28.6 rpm")

@@ -8,7 +8,14 @@ export interface Scale {
     /** Axis parameter 140: microsteps of a full step are 2 to this. */
     resolution: number;
     fullsteps_per_turn: number;
+    /** What a turn of the motor moves, where a bench says so; negative the other way. */
+    way?: { unit: string; turn: number };
+    /** The module's largest current; 0 where it has no drivers. */
+    max_current_ma?: number;
 }
+
+/** Setting of the largest current. */
+export const FULL_CURRENT = 255;
 
 /** Microsteps a second. */
 export const rate = (s: Scale, velocity: number): number => (s.clock_hz * velocity) / (2 ** s.pulse_div * 2048 * 32);
@@ -44,6 +51,32 @@ export function short(value: number): string {
     const size = Math.abs(value);
     const digits = size >= 100 || size === 0 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3;
     return value.toFixed(digits).replace("-", "\u2212");
+}
+
+/** A position as turns of the motor, or as the way that they move, from a place on. */
+export const placeText = (s: Scale, usteps: number, from = 0): string =>
+    s.way
+        ? `${(from + turns(s, usteps) * s.way.turn).toFixed(2).replace("-", "\u2212")} ${s.way.unit}`
+        : `${turns(s, usteps).toFixed(2).replace("-", "\u2212")} turns`;
+
+const seconds = (value: number): string => (value < 1 ? `${short(value * 1000)} ms` : `${short(value)} s`);
+
+/** A value of a parameter in physical units, by its kind and unit (src/tmcm34x/tmcl/axis_parameters.py); empty for none. */
+export function physical(kind: string, unit: string, value: number, s: Scale): string {
+    switch (kind) {
+        case "position":
+            return unit === "microsteps" ? placeText(s, value) : "";
+        case "speed":
+            return `${short(rpm(s, value))} rpm`;
+        case "acceleration":
+            return `${short(rateSlope(s, value) / ustepsPerTurn(s))} turns/s\u00b2`;
+        case "current":
+            return s.max_current_ma ? `${Math.round((value / FULL_CURRENT) * s.max_current_ma)} mA` : "";
+        case "time":
+            return unit === "10 ms" ? seconds(value / 100) : seconds(value / 1000);
+        default:
+            return unit === "power of two" ? `\u00f7 ${2 ** value}` : "";
+    }
 }
 
 /** Virtual time as hours, minutes, seconds, milliseconds. */

@@ -15,7 +15,7 @@ import {
     velocityOfRpm,
     type Scale,
 } from "../../logic/units";
-import { FULLSTEPS } from "../axes";
+import { FULLSTEPS } from "../../logic/scales";
 import { want } from "../program";
 import { Commands, MotorChoice, motor, parameterValue } from "./common";
 import { LocalNumber } from "../../widgets/fields";
