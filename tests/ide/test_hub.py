@@ -170,14 +170,15 @@ def test_an_uploaded_text_is_known_as_the_module_s_program(tmp_path):
     _go(tmp_path, scenario)
 
 
-def test_a_program_stored_by_somebody_else_takes_the_listing_away(tmp_path):
+def test_a_program_that_another_host_has_changed_is_listed_without_its_source(tmp_path):
     path = _write(tmp_path)
 
     async def scenario(ide, page):
         await page.call(wire.Download(path))
         await page.event(wire.Loaded)
         ide.virtual.module.eeprom.write_instruction(1, Instruction(28))
-        assert (await page.event(wire.Loaded)).listing is None
+        loaded = await page.event(wire.Loaded)
+        assert (loaded.foreign, loaded.listing.path, loaded.listing.lines[1].text) == (True, "", "STOP")
 
     _go(tmp_path, scenario)
 

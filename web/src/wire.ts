@@ -380,6 +380,7 @@ export interface Assembled {
     lines: number[];
 }
 
+<<<<<<< HEAD
 /** A serial port of the server's computer. */
 export interface PortShape {
     device: string;
@@ -391,6 +392,100 @@ export interface Ports {
     serial: PortShape[];
     can: string[];
     closed: string;
+=======
+/** How a program is assembled. model: the module that it is for, 341, 342 or 343; 0 is the one at hand append_stop: put a STOP at its end, as the TMCL-IDE does */
+export interface BuildOptions {
+    model: number;
+    append_stop: boolean;
+}
+
+/** A line of a source. */
+export interface Site {
+    path: string;
+    line: number;
+}
+
+/** An entry point or subroutine of a program. calls: the names of the routines that it calls itself longest: instructions of the longest way without a WAIT, None where a loop has none; `ms` is their time */
+export interface RoutineShape {
+    name: string;
+    path: string;
+    line: number;
+    instructions: number;
+    calls: string[];
+    longest: number | null;
+    ms: number | null;
+}
+
+/** A user variable of a program, and the lines that write and read it. */
+export interface VariableShape {
+    number: number;
+    writers: Site[];
+    readers: Site[];
+}
+
+/** A label: the line of its instruction, and its address. */
+export interface LabelShape {
+    name: string;
+    path: string;
+    line: number;
+    address: number;
+}
+
+/** The flow of a program: routines, the greatest number of calls open at once, user variables, labels. */
+export interface FlowMap {
+    path: string;
+    instructions: number;
+    stack: number;
+    routines: RoutineShape[];
+    variables: VariableShape[];
+    labels: LabelShape[];
+}
+
+/** How often the command of a line was executed; of a JC also how often it jumped. */
+export interface CoveredLine {
+    path: string;
+    line: number;
+    executed: number;
+    jumped: number | null;
+}
+
+/** A line of a comparison; a number of -1 is no line on that side. */
+export interface DiffRow {
+    kind: "changed" | "gone" | "new" | "same";
+    left: number;
+    left_text: string;
+    right: number;
+    right_text: string;
+}
+
+/** Two texts side by side, and what each of them is. */
+export interface Comparison {
+    path: string;
+    left: string;
+    right: string;
+    same: boolean;
+    rows: DiffRow[];
+}
+
+/** Bits `high` to `low` of a register; `access` has R, W and C, cleared by writing ones. */
+export interface FieldShape {
+    name: string;
+    high: number;
+    low: number;
+    access: string;
+    value: number;
+}
+
+/** A register of a motion chip as it is now; `motor` is -1 for one that all motors of the chip share. */
+export interface RegisterShape {
+    chip: number;
+    motor: number;
+    name: string;
+    index: number;
+    value: number;
+    section: string;
+    fields: FieldShape[];
+>>>>>>> ae6a8ba (ide: Flow, coverage, comparison, chip registers, build options; replies name their requests; programs of other hosts are recognised)
 }
 
 /** One command and its answer; status 0 is no answer in time. */
@@ -418,6 +513,8 @@ export interface Telegram {
     data: string;
     text: string;
     status: number;
+    request: number;
+    latency: number;
 }
 
 /** A value to read: bank -1 is an axis parameter of `motor`, -2 a coordinate. */
@@ -516,6 +613,7 @@ export interface Assemble {
     call: "assemble";
     path: string;
     texts?: Record<string, string>;
+    options?: BuildOptions;
 }
 
 /** Assemble and, without errors, store the program in the module; then start it if asked. */
@@ -525,6 +623,7 @@ export interface Download {
     texts?: Record<string, string>;
     run?: boolean;
     replace?: boolean;
+    options?: BuildOptions;
 }
 
 /** Read the module's program memory and disassemble it. */
@@ -537,6 +636,46 @@ export interface Adopt {
     call: "adopt";
     path: string;
     texts?: Record<string, string>;
+    options?: BuildOptions;
+}
+
+/** Compare the text on screen with its file, or the program that it makes with the one in the module. A text that makes the module's program is its source from then on, as with `Adopt`. */
+export interface Compare {
+    call: "compare";
+    path: string;
+    against: "disk" | "module";
+    texts?: Record<string, string>;
+    options?: BuildOptions;
+}
+
+/** The flow of a program; null where it has errors or no instructions. */
+export interface ReadMap {
+    call: "read_map";
+    path: string;
+    texts?: Record<string, string>;
+    options?: BuildOptions;
+}
+
+/** Count from now on how often a virtual module executes each command of its program, or no more. */
+export interface Cover {
+    call: "cover";
+    on: boolean;
+}
+
+/** What has been counted; nothing while the program has no known source. */
+export interface ReadCoverage {
+    call: "read_coverage";
+}
+
+/** What an lcov tracefile counts, such as `tmcm34x run --coverage` writes. */
+export interface ReadTracefile {
+    call: "read_tracefile";
+    text: string;
+}
+
+/** The registers of a virtual module's motion chips, read without acting on them. */
+export interface ReadRegisters {
+    call: "read_registers";
 }
 
 /** Run from the start, stop, or reset, as a host does; everything finer is the debugger's. */
@@ -759,7 +898,11 @@ export interface Ping {
     call: "ping";
 }
 
+<<<<<<< HEAD
 export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping;
+=======
+export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | Compare | ReadMap | Cover | ReadCoverage | ReadTracefile | ReadRegisters | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
+>>>>>>> ae6a8ba (ide: Flow, coverage, comparison, chip registers, build options; replies name their requests; programs of other hosts are recognised)
 
 /** The type of the answer's result, by call. */
 export interface Results {
@@ -772,6 +915,12 @@ export interface Results {
     download: Assembled;
     upload: string;
     adopt: boolean;
+    compare: Comparison;
+    read_map: FlowMap | null;
+    cover: null;
+    read_coverage: CoveredLine[];
+    read_tracefile: CoveredLine[];
+    read_registers: RegisterShape[];
     control_program: null;
     execute: Exchange;
     execute_text: Exchange;
@@ -850,10 +999,11 @@ export interface FilesChanged {
     files: FileEntry[];
 }
 
-/** The module's program memory has a new program. */
+/** The module's program memory has a new program. foreign: it was stored by another host; its listing has the path of the text that makes it, or none */
 export interface Loaded {
     event: "loaded";
     listing: Listing | null;
+    foreign: boolean;
 }
 
 /** A long call goes on; `done` equals `total` at its end. */

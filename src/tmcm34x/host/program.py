@@ -44,7 +44,7 @@ from tmcm34x.tmcl.status import Status
 
 END: Final = Instruction(0)
 """What stands behind a program, as the TMCL-IDE writes it: erased memory, or the IDE's own end mark."""
-_NO_COMMANDS: Final = frozenset({END.number, 255})
+NO_COMMANDS: Final = frozenset({END.number, 255})
 """First bytes of a memory without a program: the end mark, and an erased EEPROM."""
 ATTEMPTS: Final = 8
 """How often the download of one instruction is taken up again."""
@@ -275,7 +275,7 @@ def holds(instructions: Sequence[Instruction], address: int = 0) -> Steps[bool]:
 
 def is_empty() -> Steps[bool]:
     """Whether the memory holds no program: an end mark or erased cells.  Raises `HostError`."""
-    return (yield from read_instruction(0)).number in _NO_COMMANDS
+    return (yield from read_instruction(0)).number in NO_COMMANDS
 
 
 def _why_refused(instruction: Instruction, reply: Reply, bit: int, what: str) -> Steps[HostError]:

@@ -26,25 +26,62 @@ class Built(NamedTuple):
 
 
 def build(
-    workspace: Workspace, path: str, texts: Mapping[str, str], model: int, *, as_part: bool = False
+    workspace: Workspace,
+    path: str,
+    texts: Mapping[str, str],
+    model: int,
+    *,
+    as_part: bool = False,
+    append_stop: bool = True,
 ) -> Built:
     """Assemble and check `path`.
 
     texts: stand before the files on disk
     as_part: takes the program in the folder that includes `path`, where there is one
+    append_stop: puts a STOP at the end, as the TMCL-IDE does
     """
     from tmcm34x.toolchain.assembler import assemble
     from tmcm34x.toolchain.linter import lint
 
     files = _Files(workspace, texts)
-    assembly = assemble(files.read(path), path, files.include, append_stop=True, model=model)
+    assembly = assemble(files.read(path), path, files.include, append_stop=append_stop, model=model)
     if as_part and (root := files.program_of(path)) != path:
-        whole = assemble(files.read(root), root, files.include, append_stop=True, model=model)
+        whole = assemble(files.read(root), root, files.include, append_stop=append_stop, model=model)
         assembly = whole if path in whole.sources else assembly
     findings = (*assembly.diagnostics, *lint(assembly, model=model))
     listing = _listing(assembly.file, assembly) if assembly.ok else None
     lines = [code.location.line if code.location.file == path else 0 for code in assembly.code]
     return Built(wire.Assembled([_problem(item) for item in findings], listing, lines), assembly)
+
+
+def recognise(
+    workspace: Workspace, program: Sequence[Instruction], model: int
+) -> tuple[wire.Listing | None, Assembly | None]:
+    """A program that was found in a module: with the file of the folder that makes it, or as instructions alone.
+
+    Neither where there are no instructions.
+    """
+    if not program:
+        return None, None
+    wanted = identity(program)
+    for path in _programs(workspace):
+        try:
+            answer, assembly = build(workspace, path, {}, model)
+        except wire.RefusalError:
+            continue
+        if answer.listing is not None and answer.listing.identity == wanted:
+            return answer.listing, assembly
+    lines = [
+        wire.ListingLine(address, "", 0, pack_record(instruction).hex(" "), format_instruction(instruction))
+        for address, instruction in enumerate(program)
+    ]
+    return wire.Listing("", wanted, lines, []), None
+
+
+def _programs(workspace: Workspace) -> list[str]:
+    """The files of the folder that may be programs, at most `MOST_NEIGHBOURS`."""
+    paths = [entry.path for entry in workspace.files() if not entry.folder]
+    return [path for path in paths if posixpath.splitext(path)[1].lower() in SOURCES][:MOST_NEIGHBOURS]
 
 
 class _Files:

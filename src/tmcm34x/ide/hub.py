@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x import __version__
 from tmcm34x.host.steps import RESET, RUN, STOP
-from tmcm34x.ide import bench_calls, folder, sequences, switching, wire
+from tmcm34x.ide import bench_calls, folder, sequences, study, switching, wire
 from tmcm34x.ide.authority import Authority
-from tmcm34x.ide.building import Built, build
+from tmcm34x.ide.building import Built, build, recognise
 from tmcm34x.ide.debugger import Debugger
 from tmcm34x.ide.loading import Loading
 from tmcm34x.ide.modules import Modules, plain
 from tmcm34x.ide.motions import BEGIN
 from tmcm34x.ide.permission import permission
 from tmcm34x.ide.remote import Remote
+from tmcm34x.ide.study import count_anew
 from tmcm34x.ide.switching import Switching
 from tmcm34x.ide.vocabulary import model_shape, tables
 from tmcm34x.tmcl.datagram import Instruction
@@ -65,6 +66,7 @@ class Hub:
         owned = (
             (self, _METHODS),
             (self, bench_calls.METHODS),
+            (self, study.METHODS),
             (self.folder, folder.METHODS),
             (self.switching, switching.METHODS),
         )
@@ -90,6 +92,8 @@ class Hub:
         self.authority = Authority(target, self.tell, self._program_stopped)
         self._executor = sequences.Executor(target, self.tell)
         self.loading = Loading(target, self.tell, self._hush)
+        self.assembly: Assembly | None = None
+        """What the module's program was assembled from, as far as that is known."""
 
     async def _begin(self) -> None:
         self._told = self._kind
@@ -231,15 +235,20 @@ class Hub:
 
     # Programs
 
-    async def _build(self, path: str, texts: Mapping[str, str], *, as_part: bool = False) -> Built:
-        model = self.target.model.number
-        return await asyncio.to_thread(build, self.workspace, path, texts, model, as_part=as_part)
+    async def build(
+        self, path: str, texts: Mapping[str, str], options: wire.BuildOptions, *, as_part: bool = False
+    ) -> Built:
+        """Assemble and check a program; see `building.build`."""
+        return await asyncio.to_thread(
+            build, self.workspace, path, texts, options.model or self.target.model.number,
+            as_part=as_part, append_stop=options.append_stop,
+        )  # fmt: skip
 
     async def _assemble(self, page: Page, call: wire.Assemble) -> wire.Assembled:
-        return (await self._build(call.path, call.texts, as_part=True)).answer
+        return (await self.build(call.path, call.texts, call.options, as_part=True)).answer
 
     async def _download(self, page: Page, call: wire.Download) -> wire.Assembled:
-        answer, assembly = await self._build(call.path, call.texts)
+        answer, assembly = await self.build(call.path, call.texts, call.options)
         program = assembly.program
         if answer.listing is None:
             return answer
@@ -251,7 +260,7 @@ class Hub:
         await self.check_memory()
         await self.authority.settle()
         await self.loading.put(answer.listing, program, replace=call.replace)
-        await self._set_listing(answer.listing, assembly)
+        await self.adopt(answer.listing, assembly)
         if call.run:
             await self._control("run")
         return answer
@@ -262,34 +271,24 @@ class Hub:
         self.debugger.rest(on)
         self.authority.quiet = on
 
-    async def _set_listing(self, listing: wire.Listing | None, assembly: Assembly | None = None) -> None:
+    async def adopt(
+        self, listing: wire.Listing | None, assembly: Assembly | None, *, foreign: bool = False
+    ) -> None:
+        """From now on the module's program is this one, and comes from this source, if it is known."""
+        self.assembly = assembly
         self.loading.know(listing)
+        count_anew(self.target)
         await self.debugger.know(assembly)
-        self.tell(wire.Loaded(listing))
+        self.tell(wire.Loaded(listing, foreign))
 
     async def check_memory(self) -> None:
         """Check whether another host has stored another program meanwhile."""
-        if self.loading.changed_outside():
-            await self._set_listing(None)
-
-    async def _upload(self, page: Page, call: wire.Upload) -> str:
-        from tmcm34x.toolchain.disassembler import disassemble
-
-        program = await self.loading.read()
-        return disassemble(program) if program else ""
-
-    async def _adopt(self, page: Page, call: wire.Adopt) -> bool:
-        answer, assembly = await self._build(call.path, call.texts)
-        if self.loading.busy or answer.listing is None or not await self.loading.holds(assembly.program):
-            return False
-        await self._set_listing(answer.listing, assembly)
-        return True
-
-    async def _why(self, page: Page, call: wire.Why) -> wire.Reasons:
-        from tmcm34x.ide.reasons import explain
-
-        self.expect_idle()
-        return await explain(self.target, call.motor)
+        program = self.loading.foreign()
+        if program is not None:
+            listing, assembly = await asyncio.to_thread(
+                recognise, self.workspace, program, self.target.model.number
+            )
+            await self.adopt(listing, assembly, foreign=True)
 
     # Running
 
@@ -380,7 +379,7 @@ _CONTROL: Final[Mapping[str, tuple[int, ...]]] = {
 }
 """Control functions by action."""
 
-_OTHERS: Final = BEGIN.keys() | switching.METHODS.keys() | folder.METHODS.keys() | bench_calls.METHODS.keys()
+_OTHERS: Final = frozenset().union(BEGIN, *(m.METHODS for m in (switching, folder, bench_calls, study)))
 _METHODS: Final[Mapping[type, Callable[..., Awaitable[object]]]] = {
     call: getattr(Hub, f"_{call.__struct_config__.tag}") for call in wire.CALLS if call not in _OTHERS
 }

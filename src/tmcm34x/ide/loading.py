@@ -6,6 +6,7 @@ Source: manual 6.7.36, control functions 128 to 134.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import takewhile
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.host import program
@@ -15,10 +16,12 @@ from tmcm34x.ide import wire
 from tmcm34x.ide.building import identity
 from tmcm34x.ide.driving import run
 from tmcm34x.ide.virtual import Virtual
+from tmcm34x.tmcl.commands import PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
+    from tmcm34x.firmware.storage import Eeprom
     from tmcm34x.ide.target import Target, Tell
 
 _EACH: Final = 64
@@ -81,6 +84,8 @@ class Loading:
 
     async def holds(self, instructions: Sequence[Instruction]) -> bool:
         """Whether the memory holds these instructions, and nothing behind them.  Raises `wire.RefusalError`."""
+        if isinstance(self._target, Virtual):
+            return bool(instructions) and _stored(self._target.module.eeprom) == list(instructions)
         same = bool(instructions) and await self._compare(program.with_end_mark(instructions))
         if same:
             self._loaded = tuple(instructions)
@@ -129,6 +134,14 @@ class Loading:
     def _say(self, line: str) -> None:
         self._tell(wire.Output("information", line))
 
+    async def memory(self) -> list[Instruction]:
+        """The program in the memory, read beside the line where there is a way.  Raises `wire.RefusalError`."""
+        if self.busy:
+            raise wire.RefusalError("busy", "A download is under way.")
+        if isinstance(self._target, Virtual):
+            return _stored(self._target.module.eeprom)
+        return await self.read()
+
     async def read(self) -> list[Instruction]:
         """The program in the memory, up to its end mark."""
 
@@ -149,16 +162,28 @@ class Loading:
         if isinstance(self._target, Virtual):
             self._revision = self._target.module.eeprom.revision
 
-    def changed_outside(self) -> bool:
-        """Whether another host has stored another program meanwhile; as far as it can be seen without the line."""
-        if self.listing is None or not isinstance(self._target, Virtual):
-            return False
+    def foreign(self) -> list[Instruction] | None:
+        """The program that another host has stored meanwhile, as far as it can be seen without the line; None for none.
+
+        An empty list where it has erased the one that was known.
+        """
+        if not isinstance(self._target, Virtual) or self._target.module.program.downloading:
+            return None
         eeprom = self._target.module.eeprom
         if eeprom.revision == self._revision:
-            return False
+            return None
         self._revision = eeprom.revision
-        memory = [eeprom.read_instruction(address) for address in range(len(self.listing.lines))]
-        return identity(memory) != self.listing.identity
+        found = _stored(eeprom)
+        known = "" if self.listing is None else self.listing.identity
+        return found if (identity(found) if found else "") != known else None
+
+
+def _stored(eeprom: Eeprom) -> list[Instruction]:
+    return list(takewhile(_is_command, map(eeprom.read_instruction, range(PROGRAM_SIZE))))
+
+
+def _is_command(instruction: Instruction) -> bool:
+    return instruction.number not in program.NO_COMMANDS
 
 
 def _broken_off(why: str, done: int) -> str:

@@ -6,11 +6,21 @@ from collections import deque
 from typing import Final, NamedTuple
 
 from tmcm34x.ide import wire
+from tmcm34x.tmcl.numbers import CONTROL
 from tmcm34x.tmcl.telegrams import Direction, Kind, explain
 
 KEPT: Final = 2000
 BATCH: Final = 500
 """Lines in one message to a page."""
+_TEXT: Final = -1
+"""Stands for the command of what has no number: lines of the ASCII interface."""
+_COMMAND_AT: Final[dict[tuple[Kind, Direction], int]] = {
+    ("telegram", ">"): 1, ("telegram", "<"): 3, ("frame", ">"): 0, ("frame", "<"): 2,
+}  # fmt: skip
+"""Where the number of the command is (manual 6.1, 6.2)."""
+_OWN_FORM: Final = frozenset({CONTROL.READ_PROGRAM_MEMORY, CONTROL.GET_FIRMWARE_VERSION, _TEXT})
+"""Commands whose replies may not name them (manual 6.7.36)."""
+_ANSWERED_TWICE: Final = frozenset({CONTROL.REQUEST_TARGET_REACHED})
 
 
 class Entry(NamedTuple):
@@ -22,6 +32,17 @@ class Entry(NamedTuple):
     direction: Direction
     data: bytes
     kind: Kind
+    request: int
+    """Of a reply: number of the entry with its request, or 0."""
+    latency: float
+    """Of a reply: clocks since its request."""
+
+
+class _Request(NamedTuple):
+    """A request that may be answered."""
+
+    number: int
+    now: float
 
 
 class Telegrams:
@@ -32,13 +53,24 @@ class Telegrams:
         self.polls_wanted = False
         """Some page wants to see also what the IDE asks for by itself."""
         self._entries: deque[Entry] = deque(maxlen=KEPT)
+        self._asked: dict[str, dict[int, _Request]] = {}
+        """The last request of each command on each line; the newest stands last."""
 
     def write(
         self, now: float, name: str, direction: Direction, data: bytes, kind: Kind = "telegram"
     ) -> None:
         """Note a telegram."""
         self.count += 1
-        self._entries.append(Entry(self.count, now, name, direction, data, kind))
+        asked = self._asked.setdefault(name, {})
+        if direction == ">":
+            command = _command(direction, data, kind)
+            asked.pop(command, None)
+            asked[command] = _Request(self.count, now)
+            request = None
+        else:
+            request = _answered(asked, data, kind)
+        number, latency = (0, 0.0) if request is None else (request.number, now - request.now)
+        self._entries.append(Entry(self.count, now, name, direction, data, kind, number, latency))
 
     def since(self, number: int) -> wire.Telegrams | None:
         """The lines after `number`, the latest only where they are too many; none at all gives None."""
@@ -50,11 +82,28 @@ class Telegrams:
         return wire.Telegrams(lines, first - number)
 
 
+def _command(direction: Direction, data: bytes, kind: Kind) -> int:
+    at = _COMMAND_AT.get((kind, direction))
+    return _TEXT if at is None or at >= len(data) else data[at]
+
+
+def _answered(asked: dict[int, _Request], data: bytes, kind: Kind) -> _Request | None:
+    """The request that a reply belongs to: that of the same command, else the last where its reply has no command."""
+    if not asked:
+        return None
+    last = next(reversed(asked))
+    command = _command("<", data, kind)
+    if command not in asked and last in _OWN_FORM:
+        command = last
+    return asked.get(command) if command in _ANSWERED_TWICE else asked.pop(command, None)
+
+
 def _line(entry: Entry) -> wire.Telegram:
     text, address, status = explain(entry.direction, entry.data, entry.kind)
     inward = entry.direction == ">"
     if inward and address is not None:
         text = f"{text}  (to {address})"
     return wire.Telegram(
-        entry.number, entry.now, entry.link, "in" if inward else "out", entry.data.hex(" "), text, status
-    )
+        entry.number, entry.now, entry.link, "in" if inward else "out", entry.data.hex(" "), text, status,
+        entry.request, entry.latency,
+    )  # fmt: skip

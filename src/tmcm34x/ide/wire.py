@@ -359,6 +359,119 @@ class Ports(Shape):
     """Why pages may open none of them; empty where they may."""
 
 
+class BuildOptions(Shape, frozen=True):
+    """How a program is assembled.
+
+    model: the module that it is for, 341, 342 or 343; 0 is the one at hand
+    append_stop: put a STOP at its end, as the TMCL-IDE does
+    """
+
+    model: int = 0
+    append_stop: bool = True
+
+
+class Site(Shape):
+    """A line of a source."""
+
+    path: str
+    line: int
+
+
+class RoutineShape(Shape):
+    """An entry point or subroutine of a program.
+
+    calls: the names of the routines that it calls itself
+    longest: instructions of the longest way without a WAIT, None where a loop has none; `ms` is their time
+    """
+
+    name: str
+    path: str
+    line: int
+    instructions: int
+    calls: list[str]
+    longest: int | None
+    ms: float | None
+
+
+class VariableShape(Shape):
+    """A user variable of a program, and the lines that write and read it."""
+
+    number: int
+    writers: list[Site]
+    readers: list[Site]
+
+
+class LabelShape(Shape):
+    """A label: the line of its instruction, and its address."""
+
+    name: str
+    path: str
+    line: int
+    address: int
+
+
+class FlowMap(Shape):
+    """The flow of a program: routines, the greatest number of calls open at once, user variables, labels."""
+
+    path: str
+    instructions: int
+    stack: int
+    routines: list[RoutineShape]
+    variables: list[VariableShape]
+    labels: list[LabelShape]
+
+
+class CoveredLine(Shape):
+    """How often the command of a line was executed; of a JC also how often it jumped."""
+
+    path: str
+    line: int
+    executed: int
+    jumped: int | None
+
+
+class DiffRow(Shape):
+    """A line of a comparison; a number of -1 is no line on that side."""
+
+    kind: Literal["same", "changed", "gone", "new"]
+    left: int
+    left_text: str
+    right: int
+    right_text: str
+
+
+class Comparison(Shape):
+    """Two texts side by side, and what each of them is."""
+
+    path: str
+    left: str
+    right: str
+    same: bool
+    rows: list[DiffRow]
+
+
+class FieldShape(Shape):
+    """Bits `high` to `low` of a register; `access` has R, W and C, cleared by writing ones."""
+
+    name: str
+    high: int
+    low: int
+    access: str
+    value: int
+
+
+class RegisterShape(Shape):
+    """A register of a motion chip as it is now; `motor` is -1 for one that all motors of the chip share."""
+
+    chip: int
+    motor: int
+    name: str
+    index: int
+    value: int
+    section: str
+    fields: list[FieldShape]
+
+
 class Exchange(Shape):
     """One command and its answer; status 0 is no answer in time."""
 
@@ -388,6 +501,10 @@ class Telegram(Shape):
     text: str
     status: int
     """Of a reply; 0 for a request."""
+    request: int
+    """Of a reply: number of the telegram with its request; 0 where that is not known, and for a request."""
+    latency: float
+    """Of a reply whose request is known: clocks between the two."""
 
 
 class Watched(Shape):
@@ -520,6 +637,7 @@ class Assemble(Call, tag="assemble"):
 
     path: str
     texts: dict[str, str] = {}
+    options: BuildOptions = BuildOptions()
     returns: ClassVar[Any] = Assembled
 
 
@@ -531,6 +649,7 @@ class Download(Call, tag="download"):
     run: bool = False
     replace: bool = False
     """Also over a program that was not loaded through this server; refused with code `unknown` otherwise."""
+    options: BuildOptions = BuildOptions()
     returns: ClassVar[Any] = Assembled
 
 
@@ -545,7 +664,55 @@ class Adopt(Call, tag="adopt"):
 
     path: str
     texts: dict[str, str] = {}
+    options: BuildOptions = BuildOptions()
     returns: ClassVar[Any] = bool
+
+
+class Compare(Call, tag="compare"):
+    """Compare the text on screen with its file, or the program that it makes with the one in the module.
+
+    A text that makes the module's program is its source from then on, as with `Adopt`.
+    """
+
+    path: str
+    against: Literal["disk", "module"]
+    texts: dict[str, str] = {}
+    options: BuildOptions = BuildOptions()
+    returns: ClassVar[Any] = Comparison
+
+
+class ReadMap(Call, tag="read_map"):
+    """The flow of a program; null where it has errors or no instructions."""
+
+    path: str
+    texts: dict[str, str] = {}
+    options: BuildOptions = BuildOptions()
+    returns: ClassVar[Any] = FlowMap | None
+
+
+class Cover(Call, tag="cover"):
+    """Count from now on how often a virtual module executes each command of its program, or no more."""
+
+    on: bool
+
+
+class ReadCoverage(Call, tag="read_coverage"):
+    """What has been counted; nothing while the program has no known source."""
+
+    returns: ClassVar[Any] = list[CoveredLine]
+
+
+class ReadTracefile(Call, tag="read_tracefile"):
+    """What an lcov tracefile counts, such as `tmcm34x run --coverage` writes."""
+
+    text: str
+    returns: ClassVar[Any] = list[CoveredLine]
+
+
+class ReadRegisters(Call, tag="read_registers"):
+    """The registers of a virtual module's motion chips, read without acting on them."""
+
+    returns: ClassVar[Any] = list[RegisterShape]
 
 
 class Why(Call, tag="why"):
@@ -812,7 +979,8 @@ class Ping(Call, tag="ping"):
 
 AnyCall = (
     ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile
-    | Assemble | Download | Upload | Adopt | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why
+    | Assemble | Download | Upload | Adopt | Compare | ReadMap | Cover | ReadCoverage | ReadTracefile | ReadRegisters
+    | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why
     | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog
     | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom
     | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping
@@ -883,9 +1051,13 @@ class FilesChanged(Event, tag="files_changed"):
 
 
 class Loaded(Event, tag="loaded"):
-    """The module's program memory has a new program."""
+    """The module's program memory has a new program.
+
+    foreign: it was stored by another host; its listing has the path of the text that makes it, or none
+    """
 
     listing: Listing | None
+    foreign: bool = False
 
 
 class Progress(Event, tag="progress"):

@@ -1,0 +1,234 @@
+"""What pages ask about a program and its module without changing either.
+
+The memory as text, the source of what is in it, differences, flow, coverage, chip registers, and why a motor does not
+turn.  `METHODS` has a function for each of these calls; `Hub` reads it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
+from difflib import SequenceMatcher
+from itertools import zip_longest
+from typing import TYPE_CHECKING, Final, Literal
+
+from tmcm34x.firmware.program import Counts
+from tmcm34x.ide import wire
+from tmcm34x.ide.registers import registers
+from tmcm34x.ide.virtual import Virtual
+from tmcm34x.tmcl.mnemonic import format_instruction
+
+if TYPE_CHECKING:
+    from tmcm34x.ide.hub import Hub
+    from tmcm34x.ide.page import Page
+    from tmcm34x.ide.target import Target
+    from tmcm34x.toolchain.assembler import Assembly
+    from tmcm34x.toolchain.map import Routine
+    from tmcm34x.trace.coverage import Coverage
+
+_NONE: Final = -1
+"""The number of a line that one of two texts does not have."""
+MOST_LINES: Final = 20_000
+"""Lines of a comparison; longer texts are refused."""
+
+
+# The program in the module
+
+
+async def _upload(hub: Hub, page: Page, call: wire.Upload) -> str:
+    from tmcm34x.toolchain.disassembler import disassemble
+
+    if hub.loading.busy:
+        raise wire.RefusalError("busy", "A download is under way.")
+    program = await hub.loading.read()
+    return disassemble(program) if program else ""
+
+
+async def _adopt(hub: Hub, page: Page, call: wire.Adopt) -> bool:
+    answer, assembly = await hub.build(call.path, call.texts, call.options)
+    if hub.loading.busy or answer.listing is None or not await hub.loading.holds(assembly.program):
+        return False
+    await hub.adopt(answer.listing, assembly)
+    return True
+
+
+# Motion
+
+
+async def _why(hub: Hub, page: Page, call: wire.Why) -> wire.Reasons:
+    from tmcm34x.ide.reasons import explain
+
+    if hub.loading.busy:
+        raise wire.RefusalError("busy", "A download is under way.")
+    return await explain(hub.target, call.motor)
+
+
+# Flow
+
+
+async def _read_map(hub: Hub, page: Page, call: wire.ReadMap) -> wire.FlowMap | None:
+    _, assembly = await hub.build(call.path, call.texts, call.options, as_part=True)
+    return await asyncio.to_thread(flow_map, assembly) if assembly.ok and assembly.code else None
+
+
+def flow_map(assembly: Assembly) -> wire.FlowMap:
+    """The map of an assembled program that has instructions."""
+    from tmcm34x.toolchain.map import INSTRUCTION_MS, Map
+
+    found = Map(assembly)
+    labels = assembly.labels
+    addresses = {name: address for name, address in labels.items() if address < len(assembly.code)}
+
+    def routine(row: Routine) -> wire.RoutineShape:
+        path = assembly.code[addresses.get(row.name, 0)].file
+        longest = None if math.isinf(row.longest) else int(row.longest)
+        ms = None if longest is None else longest * INSTRUCTION_MS
+        return wire.RoutineShape(row.name, path, row.line, row.instructions, list(row.calls), longest, ms)
+
+    return wire.FlowMap(
+        path=assembly.file,
+        instructions=len(assembly.code),
+        stack=found.stack,
+        routines=[routine(row) for row in found.routines],
+        variables=[
+            wire.VariableShape(number, _sites(assembly, number, writers), _sites(assembly, number, readers))
+            for number, writers, readers in found.variables
+        ],
+        labels=[
+            wire.LabelShape(name, assembly.code[address].file, assembly.code[address].number, address)
+            for name, address in sorted(addresses.items(), key=lambda item: item[1])
+        ],
+    )
+
+
+def _sites(assembly: Assembly, variable: int, lines: Sequence[int]) -> list[wire.Site]:
+    """The lines, with their files, at which commands name a user variable."""
+    return [
+        wire.Site(code.file, code.number)
+        for code in assembly.code
+        if code.number in lines and code.instruction is not None and code.instruction.type == variable
+    ]
+
+
+# Coverage
+
+
+async def _cover(hub: Hub, page: Page, call: wire.Cover) -> None:
+    program = _virtual(hub).module.program
+    if (program.counts is not None) != call.on:
+        program.count(Counts() if call.on else None)
+
+
+def count_anew(target: Target) -> None:
+    """The program is another one: what was executed of the former is forgotten."""
+    if isinstance(target, Virtual) and target.module.program.counts is not None:
+        target.module.program.count(Counts())
+
+
+async def _read_coverage(hub: Hub, page: Page, call: wire.ReadCoverage) -> list[wire.CoveredLine]:
+    from tmcm34x.trace.coverage import coverage
+
+    counts = _virtual(hub).module.program.counts
+    if counts is None or hub.assembly is None:
+        return []
+    return _covered(coverage(hub.assembly, counts))
+
+
+async def _read_tracefile(hub: Hub, page: Page, call: wire.ReadTracefile) -> list[wire.CoveredLine]:
+    from tmcm34x.trace.coverage import CoverageError, parse_lcov
+
+    try:
+        return _covered(parse_lcov(call.text))
+    except CoverageError as error:
+        raise wire.RefusalError("text", f"This is no lcov tracefile: {error}.") from error
+
+
+def _covered(found: Coverage) -> list[wire.CoveredLine]:
+    return [
+        wire.CoveredLine(path, line, counts.executed, counts.jumped) for (path, line), counts in found.items()
+    ]
+
+
+# Differences
+
+
+async def _compare(hub: Hub, page: Page, call: wire.Compare) -> wire.Comparison:
+    compare = _compare_with_disk if call.against == "disk" else _compare_with_module
+    return await compare(hub, call)
+
+
+async def _compare_with_disk(hub: Hub, call: wire.Compare) -> wire.Comparison:
+    disk = await asyncio.to_thread(hub.workspace.read, call.path)
+    screen = call.texts.get(call.path, disk.text)
+    rows = await asyncio.to_thread(differences, disk.text.split("\n"), screen.split("\n"))
+    return wire.Comparison(call.path, "on the disk", "on the screen", disk.text == screen, rows)
+
+
+async def _compare_with_module(hub: Hub, call: wire.Compare) -> wire.Comparison:
+    """Instruction by instruction; a text that is the module's program becomes the known one."""
+    answer, assembly = await hub.build(call.path, call.texts, call.options)
+    if answer.listing is None:
+        raise wire.RefusalError(
+            "errors", f"{call.path} has errors: only a program without any can be compared."
+        )
+    memory = await hub.loading.memory()
+    ours, theirs = list(map(format_instruction, assembly.program)), list(map(format_instruction, memory))
+    same = assembly.program == tuple(memory)
+    if same and assembly.program:
+        await hub.adopt(answer.listing, assembly)
+    rows = await asyncio.to_thread(differences, theirs, ours, first=0)
+    return wire.Comparison(call.path, "in the module", "assembled from the screen", same, rows)
+
+
+def differences(left: Sequence[str], right: Sequence[str], *, first: int = 1) -> list[wire.DiffRow]:
+    """Both texts side by side, line by line, numbered from `first`; -1 where a side has no line."""
+    if max(len(left), len(right)) > MOST_LINES:
+        raise wire.RefusalError("size", f"More than {MOST_LINES} lines are not compared.")
+    return list(_rows(left, right, first))
+
+
+def _rows(left: Sequence[str], right: Sequence[str], first: int) -> Iterator[wire.DiffRow]:
+    for tag, start, end, begin, stop in SequenceMatcher(None, left, right, autojunk=False).get_opcodes():
+        pairs = zip_longest(range(start, end), range(begin, stop), fillvalue=_NONE)
+        for one, other in pairs:
+            yield wire.DiffRow(_kind(tag, one, other), *_side(left, one, first), *_side(right, other, first))
+
+
+def _kind(tag: str, one: int, other: int) -> Literal["same", "changed", "gone", "new"]:
+    if tag == "equal":
+        return "same"
+    return "new" if one == _NONE else "gone" if other == _NONE else "changed"
+
+
+def _side(lines: Sequence[str], at: int, first: int) -> tuple[int, str]:
+    return (_NONE, "") if at == _NONE else (at + first, lines[at])
+
+
+# Chips
+
+
+async def _read_registers(hub: Hub, page: Page, call: wire.ReadRegisters) -> list[wire.RegisterShape]:
+    virtual = _virtual(hub)
+    virtual.server.catch_up()
+    return registers(virtual.module.board)
+
+
+def _virtual(hub: Hub) -> Virtual:
+    if not isinstance(hub.target, Virtual):
+        raise wire.RefusalError("real", "Not available on a real module.")
+    return hub.target
+
+
+METHODS: Final[Mapping[type[wire.Call], Callable[..., Awaitable[object]]]] = {
+    wire.Upload: _upload,
+    wire.Adopt: _adopt,
+    wire.Why: _why,
+    wire.ReadMap: _read_map,
+    wire.Cover: _cover,
+    wire.ReadCoverage: _read_coverage,
+    wire.ReadTracefile: _read_tracefile,
+    wire.Compare: _compare,
+    wire.ReadRegisters: _read_registers,
+}
+"""By the type of the call."""
