@@ -380,7 +380,6 @@ export interface Assembled {
     lines: number[];
 }
 
-<<<<<<< HEAD
 /** A serial port of the server's computer. */
 export interface PortShape {
     device: string;
@@ -392,7 +391,8 @@ export interface Ports {
     serial: PortShape[];
     can: string[];
     closed: string;
-=======
+}
+
 /** How a program is assembled. model: the module that it is for, 341, 342 or 343; 0 is the one at hand append_stop: put a STOP at its end, as the TMCL-IDE does */
 export interface BuildOptions {
     model: number;
@@ -485,7 +485,6 @@ export interface RegisterShape {
     value: number;
     section: string;
     fields: FieldShape[];
->>>>>>> ae6a8ba (ide: Flow, coverage, comparison, chip registers, build options; replies name their requests; programs of other hosts are recognised)
 }
 
 /** One command and its answer; status 0 is no answer in time. */
@@ -898,11 +897,7 @@ export interface Ping {
     call: "ping";
 }
 
-<<<<<<< HEAD
-export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping;
-=======
-export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | Compare | ReadMap | Cover | ReadCoverage | ReadTracefile | ReadRegisters | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | Ping;
->>>>>>> ae6a8ba (ide: Flow, coverage, comparison, chip registers, build options; replies name their requests; programs of other hosts are recognised)
+export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | Compare | ReadMap | Cover | ReadCoverage | ReadTracefile | ReadRegisters | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping;
 
 /** The type of the answer's result, by call. */
 export interface Results {

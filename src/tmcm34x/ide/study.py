@@ -20,6 +20,7 @@ from tmcm34x.ide.virtual import Virtual
 from tmcm34x.tmcl.mnemonic import format_instruction
 
 if TYPE_CHECKING:
+    from tmcm34x.firmware.program import Program
     from tmcm34x.ide.hub import Hub
     from tmcm34x.ide.page import Page
     from tmcm34x.ide.target import Target
@@ -129,10 +130,24 @@ def count_anew(target: Target) -> None:
 async def _read_coverage(hub: Hub, page: Page, call: wire.ReadCoverage) -> list[wire.CoveredLine]:
     from tmcm34x.trace.coverage import coverage
 
-    counts = _virtual(hub).module.program.counts
-    if counts is None or hub.assembly is None:
+    virtual = _virtual(hub)
+    if virtual.module.program.counts is None or hub.assembly is None:
         return []
-    return _covered(coverage(hub.assembly, counts))
+    virtual.server.catch_up()
+    return _covered(coverage(hub.assembly, _complete(virtual.module.program)))
+
+
+def _complete(program: Program) -> Counts:
+    """What has been counted until now: counts are complete when others take their place, which go on from them."""
+    counts, others = program.counts, Counts()
+    assert counts is not None
+    program.count(others)
+    others.executed, others.jumped, others.waited = (
+        list(counts.executed),
+        list(counts.jumped),
+        list(counts.waited),
+    )
+    return counts
 
 
 async def _read_tracefile(hub: Hub, page: Page, call: wire.ReadTracefile) -> list[wire.CoveredLine]:

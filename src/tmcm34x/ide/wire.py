@@ -359,7 +359,7 @@ class Ports(Shape):
     """Why pages may open none of them; empty where they may."""
 
 
-class BuildOptions(Shape, frozen=True):
+class BuildOptions(Shape):
     """How a program is assembled.
 
     model: the module that it is for, 341, 342 or 343; 0 is the one at hand
@@ -637,7 +637,7 @@ class Assemble(Call, tag="assemble"):
 
     path: str
     texts: dict[str, str] = {}
-    options: BuildOptions = BuildOptions()
+    options: BuildOptions = msgspec.field(default_factory=BuildOptions)
     returns: ClassVar[Any] = Assembled
 
 
@@ -649,7 +649,7 @@ class Download(Call, tag="download"):
     run: bool = False
     replace: bool = False
     """Also over a program that was not loaded through this server; refused with code `unknown` otherwise."""
-    options: BuildOptions = BuildOptions()
+    options: BuildOptions = msgspec.field(default_factory=BuildOptions)
     returns: ClassVar[Any] = Assembled
 
 
@@ -664,7 +664,7 @@ class Adopt(Call, tag="adopt"):
 
     path: str
     texts: dict[str, str] = {}
-    options: BuildOptions = BuildOptions()
+    options: BuildOptions = msgspec.field(default_factory=BuildOptions)
     returns: ClassVar[Any] = bool
 
 
@@ -677,7 +677,7 @@ class Compare(Call, tag="compare"):
     path: str
     against: Literal["disk", "module"]
     texts: dict[str, str] = {}
-    options: BuildOptions = BuildOptions()
+    options: BuildOptions = msgspec.field(default_factory=BuildOptions)
     returns: ClassVar[Any] = Comparison
 
 
@@ -686,7 +686,7 @@ class ReadMap(Call, tag="read_map"):
 
     path: str
     texts: dict[str, str] = {}
-    options: BuildOptions = BuildOptions()
+    options: BuildOptions = msgspec.field(default_factory=BuildOptions)
     returns: ClassVar[Any] = FlowMap | None
 
 
