@@ -379,7 +379,9 @@ _CONTROL: Final[Mapping[str, tuple[int, ...]]] = {
 }
 """Control functions by action."""
 
-_OTHERS: Final = frozenset().union(BEGIN, *(m.METHODS for m in (switching, folder, bench_calls, study)))
+_ELSEWHERE: Final = (BEGIN, switching.METHODS, folder.METHODS, bench_calls.METHODS, study.METHODS)
 _METHODS: Final[Mapping[type, Callable[..., Awaitable[object]]]] = {
-    call: getattr(Hub, f"_{call.__struct_config__.tag}") for call in wire.CALLS if call not in _OTHERS
+    call: getattr(Hub, f"_{call.__struct_config__.tag}")
+    for call in wire.CALLS
+    if not any(call in methods for methods in _ELSEWHERE)
 }
