@@ -30,6 +30,11 @@ BAD = [
     ("[[module]]\ninput.IN_0 = { kind = 'table', points = [[0, 1], [inf, 2]] }",
      "module[0].input.IN_0.points[1][0]: inf is not a number for a bench"),
     (AXIS + "switch.left.position = 1e999", "module[0].axis[0].switch.left.position: inf is not a number for a bench"),
+    (AXIS + "shape = 'tube'", "module[0].axis[0].shape: invalid enum value 'tube'"),
+    (AXIS + "shape = 'turntable'", "module[0].axis[0].shape: a carriage is no turntable"),
+    (AXIS + "load.kind = 'turntable'\nshape = 'rail'", "module[0].axis[0].shape: a turntable is no rail"),
+    ("[[module]]\nplane = [0, 0]\n[[module.axis]]", "module[0].plane: expected two motors"),
+    ("[[module]]\nplane = [0, 2]\n[[module.axis]]", "module[0].plane: motor 2 drives no carriage"),
     (AXIS + "encoder.lines = 0", "module[0].axis[0].encoder.lines: expected int >= 1"),
     (AXIS + "microsteps = 10", "module[0].axis[0].microsteps: invalid enum value 10"),
     (AXIS * 1 + "[[module.axis]]\n" * 3, "module[0].axis: expected array of length <= 3"),
@@ -84,3 +89,13 @@ def test_an_address_is_written_into_a_new_memory_only():
 def test_a_module_can_begin_switched_off():
     rig = build(parse("[[module]]\npowered = false"))
     assert not rig.modules[0].powered
+
+
+def test_axes_are_drawn_by_what_they_drive_unless_the_file_says_otherwise():
+    ends = "load = { kind = 'carriage', low = -1.0 }"
+    rig = build(parse(f"[[module]]\n[[module.axis]]\n{ends}\n[[module.axis]]\nload.kind = 'turntable'\n"))
+    assert [mount.fitting.shape for mount in rig.worlds[0].mounts] == ["rail", "turntable", "shaft"]
+    text = f"[[module]]\nplane = [1, 0]\n[[module.axis]]\nname = 'lift'\nshape = 'belt'\n{ends}\n[[module.axis]]\n"
+    world = build(parse(text)).worlds[0]
+    assert world.plane == (1, 0)
+    assert [(m.fitting.name, m.fitting.shape) for m in world.mounts[:2]] == [("lift", "belt"), ("", "shaft")]

@@ -57,6 +57,7 @@ import { Direct } from "./panels/direct";
 import { Files } from "./panels/files";
 import { Listing } from "./panels/listing";
 import { Log } from "./panels/log";
+import { Machine } from "./panels/machine";
 import { Banner, Confirmation, Notices, Overview, Palette } from "./panels/overlays";
 import { ArmedSwitch, MotionStrips } from "./panels/motion";
 import { Parameters } from "./panels/parameters";
@@ -235,11 +236,15 @@ function Main() {
 
 const RIGHT: Record<Exclude<RightPanel, "">, [string, () => preact.JSX.Element]> = {
     axes: ["Axes", Axes],
+    machine: ["Machine", Machine],
     bench: ["Bench", Bench],
     program: ["Program", Program],
 };
 const AXES_ALONE = { axes: RIGHT.axes };
-const BESIDE = { bench: RIGHT.bench, program: RIGHT.program };
+const BESIDE = { machine: RIGHT.machine, bench: RIGHT.bench, program: RIGHT.program };
+/** A real module has no bench to draw. */
+const drawable = (name: string): boolean => can.value.bench || name !== "machine";
+const instead = <T extends string>(name: T): T | "bench" => (drawable(name) ? name : "bench");
 const SECOND_WIDTH = 404;
 const BOTTOM: Record<Exclude<BottomPanel, "">, [string, () => preact.JSX.Element]> = {
     plot: ["Plot", Plot],
@@ -260,9 +265,10 @@ function PanelTabs<T extends string>({
     label: string;
 }) {
     const { errors, warnings } = problemCount.value;
+    const entries = (Object.entries(panels) as [T, [string, unknown]][]).filter(([name]) => drawable(name));
     return (
         <div class="panel-tabs" role="tablist" aria-label={label} onKeyDown={walk}>
-            {(Object.entries(panels) as [T, [string, unknown]][]).map(([name, [title]]) => (
+            {entries.map(([name, [title]]) => (
                 <button
                     key={name}
                     role="tab"
@@ -338,9 +344,10 @@ function Page() {
     const set = (part: Partial<typeof sizes>) => (layout.value = { ...layout.value, ...part });
     const clamp = (value: number, low: number, high: number) => Math.max(low, Math.min(high, value));
     const beside = roomy.value && right.value !== "";
-    const shown = beside ? "axes" : right.value;
+    const shown = beside ? "axes" : instead(right.value);
     const Right = shown ? RIGHT[shown][1] : null;
-    const Second = beside ? RIGHT[second.value][1] : null;
+    const shownBeside = instead(second.value);
+    const Second = beside ? RIGHT[shownBeside][1] : null;
     const lower = lowerPanel();
     const Bottom = lower.value ? BOTTOM[lower.value][1] : null;
     const columns = `${sizes.files ? `${sizes.filesWidth}px ` : "0 "}minmax(0, 1fr) ${Right ? `${sizes.rightWidth}px` : "0"}${beside ? ` ${SECOND_WIDTH}px` : ""}`;
@@ -461,7 +468,7 @@ function Page() {
                     <div class="panel-head">
                         <PanelTabs
                             panels={BESIDE}
-                            value={second.value}
+                            value={shownBeside}
                             set={name => (second.value = name)}
                             label="Second right panel"
                         />
@@ -469,7 +476,7 @@ function Page() {
                     <div
                         class="panel-body"
                         role="tabpanel"
-                        aria-label={RIGHT[second.value][0]}
+                        aria-label={RIGHT[shownBeside][0]}
                         inert={!!welcome.value && !online.value}
                     >
                         <Second />

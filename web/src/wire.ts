@@ -543,6 +543,8 @@ export interface AxisWorld {
     low: number | null;
     high: number | null;
     cams: Cam[];
+    name: string;
+    shape: "belt" | "rail" | "shaft" | "turntable";
 }
 
 /** A driver fault that a bench can raise. */
@@ -557,6 +559,7 @@ export interface World {
     faults: FaultKind[];
     bench: string;
     inputs: number[];
+    plane: number[];
 }
 
 /** A value in the EEPROM; bank -1 is an axis parameter, -2 a coordinate. */

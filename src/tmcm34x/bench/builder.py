@@ -38,6 +38,7 @@ NULL_LEVELS: Final = {"high": 1, "low": 0, "none": None}
 INPUT_NUMBERS: Final = {name: n for n, name in enumerate(d.Inputs.__struct_fields__)}
 """Numbers of the inputs as worlds know them: IN_0..IN_7, SHUTDOWN."""
 assert INPUT_NUMBERS["SHUTDOWN"] == SHUTDOWN
+_SHAPES_OF_CARRIAGES: Final = frozenset({"rail", "belt"})
 
 
 def load(
@@ -102,7 +103,9 @@ def _world(bench: d.Bench, index: int, eeprom: Eeprom | None) -> World:
     fittings = [
         _fitting(f"{path}.axis[{motor}]", axis, noise(seed, motor)) for motor, axis in enumerate(axes)
     ]
+    _check_drawing(path, row)
     world = World(module, fittings)
+    world.plane = row.plane
     for select, name in enumerate(d.Spi.__struct_fields__):
         _attach(select, cast("d.Device | None", getattr(row.spi, name)), world, row)
     return world
@@ -135,7 +138,34 @@ def _fitting(path: str, axis: d.Axis | None, seed: int) -> Fitting:
         outward,
         axis.max_current_ma,
         FINENESS // axis.microsteps,
+        axis.name,
+        axis.shape or _shape(axis),
     )
+
+
+def _shape(axis: d.Axis) -> d.Shape:
+    """How an axis is drawn whose description does not say so."""
+    if isinstance(axis.load, d.Turntable):
+        return "turntable"
+    switches = axis.switch
+    ends = (axis.load.low, axis.load.high, switches.left, switches.right, switches.reference)
+    return "shaft" if all(end is None for end in ends) else "rail"
+
+
+def _check_drawing(path: str, module: d.Module) -> None:
+    """Refuse a shape that its load does not have, and a plane of anything but two carriages."""
+    for motor, axis in enumerate(module.axis):
+        if axis.shape in _SHAPES_OF_CARRIAGES and isinstance(axis.load, d.Turntable):
+            raise BenchError(f"{path}.axis[{motor}].shape: a turntable is no {axis.shape}")
+        if axis.shape == "turntable" and isinstance(axis.load, d.Carriage):
+            raise BenchError(f"{path}.axis[{motor}].shape: a carriage is no turntable")
+    if module.plane is None:
+        return
+    if module.plane[0] == module.plane[1]:
+        raise BenchError(f"{path}.plane: expected two motors")
+    for motor in module.plane:
+        if motor >= len(module.axis) or not isinstance(module.axis[motor].load, d.Carriage):
+            raise BenchError(f"{path}.plane: motor {motor} drives no carriage")
 
 
 def _line(switches: Sequence[Switch | None], contact: Contact, seed: int) -> Line:

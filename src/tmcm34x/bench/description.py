@@ -45,6 +45,9 @@ FaultName = Literal[
     "over_temperature",
 ]  # fmt: skip
 
+Shape = Literal["rail", "turntable", "belt", "shaft"]
+"""How an axis is drawn."""
+
 _MOTOR = MotorModel()
 _CARRIAGE = CarriageLoad()
 _TURNTABLE = TurntableLoad()
@@ -150,6 +153,14 @@ class Axis(Struct, frozen=True):
     microsteps: Annotated[
         Literal[1, 2, 4, 8, 16, 32, 64], _text("microsteps of the driver behind a TMCM-342's step output")
     ] = 16
+    name: Annotated[str, Meta(max_length=20), _text("what the axis is called in the drawing of the IDE")] = ""
+    shape: Annotated[
+        Shape | None,
+        _text(
+            "how the IDE draws it; unless given, a turntable as one, a carriage with hard stops or switches as a rail, "
+            "and one without as a shaft"
+        ),
+    ] = None
 
 
 class Constant(Struct, frozen=True, tag_field="kind", tag="constant"):
@@ -281,6 +292,10 @@ class Module(Struct, frozen=True):
     axis: Annotated[
         list[Axis], Meta(max_length=3), _text("axes of motors 0, 1, 2; those left out turn freely")
     ] = msgspec.field(default_factory=list[Axis])
+    plane: Annotated[
+        tuple[MotorNumber, MotorNumber] | None,
+        _text("motors of two carriages that move one tool, X first; the IDE draws them as one plan view"),
+    ] = None
     input: Annotated[Inputs, _text("what drives the inputs")] = Inputs()
     spi: Annotated[Spi, _text("devices on the SPI bus")] = Spi()
 

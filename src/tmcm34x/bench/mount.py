@@ -60,12 +60,15 @@ class Fitting:
     sign: -1 where the load moves to lower positions when the chip counts up
     max_current_ma: coil current (RMS) of current setting 255
     step: 64ths of a full step that a step output makes, where an outside driver makes the microsteps
+    name, shape: for drawings: what the axis is called, and whether it is a "rail", "turntable", "belt" or "shaft"
     """
 
     axis: LoadAxis
     sign: int = 1
     max_current_ma: float = 1100.0
     step: int = 4
+    name: str = ""
+    shape: str = "shaft"
 
 
 class Disc(NamedTuple):

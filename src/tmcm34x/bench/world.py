@@ -51,6 +51,8 @@ class World:
         self.due = NEVER
         """The clock at which `settle` must be called whatever the module does."""
         self.encoder_chip: Tmc423 | None = None
+        self.plane: tuple[int, int] | None = None
+        """Motors of two carriages that move one tool, X first."""
         self._by_wiring = {board.wiring(mount.motor): mount for mount in self.mounts}
         self._sources: dict[int, Source] = {}
         self._overrides: dict[int, Source] = {}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal, cast
 
 from tmcm34x.board.board import ANALOG_MAX, INPUTS
 from tmcm34x.chips.tmc246 import FAULTS
@@ -68,7 +68,8 @@ class Hands:
         drivers = self._world.module.board.model.drivers is not None
         faults = [wire.FaultKind(row.name, row.meaning) for row in FAULTS.values()] if drivers else []
         axes = [self._axis(motor) for motor in range(MOTORS)]
-        return wire.World(axes, faults, self._name, self._world.overridden)
+        plane = list(self._world.plane or ())
+        return wire.World(axes, faults, self._name, self._world.overridden, plane)
 
     def _axis(self, number: int) -> wire.AxisWorld:
         mount = self._world.mounts[number]
@@ -85,6 +86,8 @@ class Hands:
             low=axis.load.low,
             high=axis.load.high,
             cams=[*_cams("left", axis.left, axis.units), *_cams("right", axis.right, axis.units)],
+            name=mount.fitting.name,
+            shape=cast("wire.Drawn", mount.fitting.shape),
         )
 
 

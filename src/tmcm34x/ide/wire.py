@@ -142,6 +142,7 @@ Source = Literal["virtual", "serial", "tcp", "can", "slcan"]
 MotionKind = Literal["jog", "profile", "search", "zero", "go", "turn", "store", "restore"]
 """What a window may have under way; see `Authority`."""
 Keeping = Literal["store", "restore"]
+Drawn = Literal["rail", "turntable", "belt", "shaft"]
 
 
 class Choice(Shape):
@@ -548,6 +549,10 @@ class AxisWorld(Shape):
     high: float | None
     cams: list[Cam]
     """The axis's own switches."""
+    name: str
+    """What the bench calls the axis; may be empty."""
+    shape: Drawn
+    """How it is drawn."""
 
 
 class FaultKind(Shape):
@@ -565,6 +570,8 @@ class World(Shape):
     bench: str
     inputs: list[int]
     """Inputs that a hand holds although the bench has a source for them."""
+    plane: list[int]
+    """Motors of two carriages that move one tool, X first; empty for none."""
 
 
 class StoredValue(Shape):

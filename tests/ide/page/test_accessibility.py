@@ -23,7 +23,7 @@ RUN = """async () => {
 def screens(page: Page) -> Iterator[str]:
     """Shows one screen after the other; says which."""
     yield "first"
-    for name in ("Bench", "Program"):
+    for name in ("Machine", "Bench", "Program"):
         page.get_by_role("tab", name=name, exact=True).click()
         yield name
     for name in ("Direct mode", "Telegrams", "Problems"):

@@ -252,6 +252,14 @@ export const ACTIONS: Action[] = [
             run: () => showRight(id),
         }),
     ),
+    {
+        id: "show_machine",
+        title: "Show Machine",
+        group: "View",
+        keys: ["Ctrl+Alt+M"],
+        enabled: () => can.value.bench,
+        run: () => showRight("machine"),
+    },
     ...(
         [
             ["plot", "Plot"],
