@@ -12,7 +12,7 @@ import tmcm34x
 ROOT = Path(__file__).parent.parent
 NAMES = """
     BenchError HZ HostError Instruction Module Reply Rig Run VirtualModule __version__ assemble clocks connect
-    disassemble format_instruction load_bench parse_instruction run_program run_until seconds simple_rig
+    disassemble format_instruction load_bench parse_instruction run_program run_until seconds simple_rig sweep
 """
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
@@ -37,9 +37,9 @@ def blocks(name, language):
     return [text for found, text in BLOCK.findall((ROOT / name).read_text()) if found == language]
 
 
-@pytest.mark.parametrize("example", blocks("docs/api.md", "python"))
+@pytest.mark.parametrize("example", [*blocks("docs/api.md", "python"), *blocks("docs/sweeps.md", "python")])
 def test_examples_of_the_interface_run(example):
-    exec(compile(example, "docs/api.md", "exec"), {"__name__": "example"})
+    exec(compile(example, "example", "exec"), {"__name__": "example"})
 
 
 def test_run_program_tells_what_was_refused(tmp_path):

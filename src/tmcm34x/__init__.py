@@ -17,6 +17,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from tmcm34x import sweep
     from tmcm34x.bench.builder import load as load_bench
     from tmcm34x.bench.rig import BenchError, Rig, simple_rig
     from tmcm34x.bench.run import Run
@@ -54,6 +55,7 @@ __all__ = [
     "run_until",
     "seconds",
     "simple_rig",
+    "sweep",
 ]
 
 _HOMES = {
@@ -77,15 +79,18 @@ _HOMES = {
     "run_until": "clock",
     "seconds": "clock",
     "simple_rig": "bench.rig",
+    "sweep": "sweep:",
 }
+"""The module of each name, and behind a colon its name there; nothing behind it for the module itself."""
 
 
 def __getattr__(name: str) -> Any:
     home = _HOMES.get(name)
     if home is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module, _, inner = home.partition(":")
-    value = getattr(import_module(f"{__name__}.{module}"), inner or name)
+    path, colon, inner = home.partition(":")
+    module = import_module(f"{__name__}.{path}")
+    value = module if colon and not inner else getattr(module, inner or name)
     globals()[name] = value
     return value
 

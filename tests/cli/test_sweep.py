@@ -146,9 +146,19 @@ def test_an_unknown_place_of_the_bench_names_what_is_there(sweep):
 def test_the_example(tmp_path):
     example = Path(__file__).parents[2] / "examples" / "sweeps" / "xy-stage.toml"
     out = tmp_path / "out.csv"
-    command = [Path(sys.executable).with_name("tmcm34x"), "sweep", example, "--out", out]
+    picture = tmp_path / "out.svg"
+    command = [
+        Path(sys.executable).with_name("tmcm34x"),
+        "sweep",
+        example,
+        "--out",
+        out,
+        "--picture",
+        picture,
+    ]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (result.returncode, result.stderr) == (0, "")
+    assert picture.read_bytes() == (Path(__file__).parents[2] / "docs/images/xy-stage.svg").read_bytes()
     rows = table(out)
     best = {}
     for row in rows:

@@ -169,11 +169,11 @@ class Mount:
 
     def _condition(self) -> Condition:
         axis = self.axis
-        speed = self._speed(self.chip.motion(self.smda).rate_hz)
+        speed = self.fullsteps_per_s(self.chip.motion(self.smda).rate_hz)
         return Condition(abs(speed) / axis.motor.load_speed, axis.load_ratio(speed))
 
-    def _speed(self, rate_hz: float) -> float:
-        """Full steps per second of a microstep rate."""
+    def fullsteps_per_s(self, rate_hz: float) -> float:
+        """Speed of the field at a microstep rate [full steps/s], in the direction of the load."""
         size = self.fitting.step if self.driver is None else self.chip.motion(self.smda).step
         return self.fitting.sign * rate_hz * size / FINENESS
 
@@ -252,7 +252,7 @@ class Mount:
         """The axis now."""
         axis, now = self.axis, self.module.now
         rotor = self.rotor()
-        speed = self._speed(self.chip.motion(self.smda).rate_hz)
+        speed = self.fullsteps_per_s(self.chip.motion(self.smda).rate_hz)
         return AxisView(
             self.motor,
             axis.position(rotor),

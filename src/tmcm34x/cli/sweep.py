@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,24 +12,22 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from tmcm34x.bench import BenchError
-from tmcm34x.bench.description import read as read_bench
 from tmcm34x.cli import CliError
 from tmcm34x.cli.signals import interruptible
-from tmcm34x.cli.source_files import include_option, include_reader, read_source, write
+from tmcm34x.cli.source_files import include_option, write
 from tmcm34x.sweep import plan
-from tmcm34x.sweep.description import Sweep, SweepError, read
+from tmcm34x.sweep.description import Sweep, SweepError
+from tmcm34x.sweep.loading import load
+from tmcm34x.sweep.outcomes import results
 from tmcm34x.sweep.picture import summary
-from tmcm34x.sweep.runner import results
-from tmcm34x.sweep.single import check_expressions, result_of
-from tmcm34x.sweep.sources import gather
-from tmcm34x.sweep.table import Table, columns, kept_lines
+from tmcm34x.sweep.single import result_of
+from tmcm34x.sweep.table import Table, columns, kept_lines, write_parquet
 from tmcm34x.trace.canvas import SvgCanvas
 from tmcm34x.trace.picture import PictureRecorder, draw, picture_height
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
-    from tmcm34x.sweep.runner import Numbered
+    from tmcm34x.sweep.work import Numbered
 
 _OUT = click.Path(dir_okay=False, path_type=Path)
 _EPILOG = """\b
@@ -59,6 +57,12 @@ Examples:
 @click.option(
     "--plot", type=_OUT, metavar="OUT.svg", help="With --row: draw positions and speeds of the run."
 )
+@click.option(
+    "--cluster",
+    metavar="ADDRESS",
+    help="Have the runs done by the dask.distributed cluster with this scheduler, such as tcp://127.0.0.1:8786.",
+)
+@click.option("--parquet", type=_OUT, metavar="OUT.parquet", help="Write the table in Parquet too.")
 @click.option("--picture", type=_OUT, metavar="OUT.svg", help="Draw each figure against each varied value.")
 @include_option
 def command(**options: Any) -> int:
@@ -86,16 +90,30 @@ def command(**options: Any) -> int:
     try:
         wanted = [n for n in range(len(rows)) if n not in kept]
         with interruptible():
-            _run_all(job, rows, wanted, table, tally=tally, processes=options["processes"])
+            coming = results(job, rows, wanted, options["processes"], options["cluster"])
+            _run_all(job, rows, coming, table, tally=tally, count=len(wanted))
     except KeyboardInterrupt:
         tally.status = 130
+    except SweepError as error:
+        raise CliError(str(error)) from None
     finally:
         table.close()
     failed = f", {tally.failed} failed" if tally.failed else ""
     click.echo(f"{out}: {tally.done} of {len(rows)} rows{failed}")
+    if options["parquet"]:
+        _parquet(out, job.sweep, options["parquet"])
     if options["picture"] and tally.status != 130:
         _summary(out, job.sweep, options["picture"])
     return tally.status
+
+
+def _parquet(table: Path, sweep: Sweep, path: Path) -> None:
+    try:
+        write_parquet(table, sweep, path)
+    except SweepError as error:
+        raise CliError(str(error)) from None
+    except OSError as error:
+        raise CliError(f"{path}: {error.strerror or error}") from None
 
 
 def _summary(table: Path, sweep: Sweep, path: Path) -> None:
@@ -116,10 +134,16 @@ class _Tally:
 
 
 def _run_all(
-    job: plan.Job, rows: list[plan.Row], wanted: list[int], table: Table, *, tally: _Tally, processes: int
+    job: plan.Job,
+    rows: list[plan.Row],
+    coming: Generator[Numbered],
+    table: Table,
+    *,
+    tally: _Tally,
+    count: int,
 ) -> None:
-    with closing(results(job, rows, wanted, processes)) as coming:
-        for number, result in _watched(coming, len(wanted)):
+    with closing(coming):
+        for number, result in _watched(coming, count):
             table.write(number, result)
             tally.done += 1
             if result.error:
@@ -158,21 +182,10 @@ def _draw(picture: PictureRecorder, path: Path, title: str) -> None:
 def _job(file: Path, include_path: tuple[Path, ...]) -> tuple[plan.Job, list[plan.Row]]:
     """What the sweep file asks for, checked; a mistake is a usage error."""
     try:
-        sweep = read(file)
+        job = load(file, include_path)
+        return job, plan.rows(job.sweep)
     except SweepError as error:
         raise CliError(str(error)) from None
-    program = file.parent / sweep.program
-    text, _ = read_source(program)
-    try:
-        bench = None if sweep.bench is None else read_bench(file.parent / sweep.bench)
-        model = sweep.model if bench is None else bench.module[0].model
-        sources = gather(text, str(program), include_reader(include_path), model)
-        job, rows = plan.Job(sweep, sources, bench), plan.rows(sweep)
-        plan.check(job)
-        check_expressions(job)
-    except (SweepError, BenchError) as error:
-        raise CliError(f"{file}: {error}") from None
-    return job, rows
 
 
 def _values(sweep: Sweep, row: plan.Row) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from math import isfinite
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 import msgspec
 from msgspec import Meta
@@ -13,6 +13,9 @@ from msgspec import Meta
 from tmcm34x.files import parse_toml, read_text
 
 Number = int | float
+
+_OWN: Final = frozenset({"row", "ending", "error"})
+"""Columns of each table."""
 
 
 class SweepError(ValueError):
@@ -80,6 +83,7 @@ class Sweep(Struct, frozen=True):
     bench: bench file, beside the sweep file; bare motors without it
     model: of the module without a bench
     stop: expression of the debugger that ends a run when it is not 0
+    pareto: two columns, and whether a low or a high value of each is wanted; see `pareto`
     """
 
     program: str
@@ -91,6 +95,9 @@ class Sweep(Struct, frozen=True):
     model: Literal[341, 342, 343] = 343
     stop: str | None = None
     sampling: Sampling | None = None
+    pareto: dict[str, Literal["low", "high"]] = msgspec.field(
+        default_factory=dict[str, Literal["low", "high"]]
+    )
 
 
 def parse(text: str) -> Sweep:
@@ -119,16 +126,23 @@ def read(path: Path) -> Sweep:
 
 def _check(sweep: Sweep) -> None:
     """What the limits of a struct do not catch."""
-    seen = {"row", "ending", "error"}
+    seen = set(_OWN)
     columns = [(f"vary[{n}]", vary.column) for n, vary in enumerate(sweep.vary)]
     for path, column in [*columns, *((f"figures.{name}", name) for name in sweep.figures)]:
         if column in seen:
             raise SweepError(f"{path}: there are two columns named {column}; give one a name of its own")
         seen.add(column)
-    numbers = [(f"vary[{n}].values", value) for n, vary in enumerate(sweep.vary) for value in _numbers(vary)]
+    numbers = [
+        (f"vary[{n}].values", value) for n, vary in enumerate(sweep.vary) for value in numbers_of(vary)
+    ]
     for path, value in [*numbers, ("until_s", sweep.until_s)]:
         if not isfinite(value):
             raise SweepError(f"{path}: {value} is not a number for a sweep")
+    if sweep.pareto and len(sweep.pareto) != 2:
+        raise SweepError("pareto: a front is between two columns")
+    for name in sweep.pareto:
+        if name not in seen - _OWN:
+            raise SweepError(f"pareto.{name}: there is no column of this name")
     for n, vary in enumerate(sweep.vary):
         if isinstance(vary.values, Range):
             _check_range(f"vary[{n}].values", vary.values, sweep.sampling)
@@ -141,7 +155,8 @@ def _check_range(path: str, values: Range, sampling: Sampling | None) -> None:
         raise SweepError(f"{path}: without [sampling] a range has a count")
 
 
-def _numbers(vary: Vary) -> list[Number]:
+def numbers_of(vary: Vary) -> list[Number]:
+    """The values of a list, or both ends of a range."""
     values = vary.values
     return [values.low, values.high] if isinstance(values, Range) else values
 

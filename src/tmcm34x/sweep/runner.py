@@ -1,91 +1,56 @@
 """The runs of a sweep, over processes of this machine.
 
-A process is started anew and gets the job once; rows and results are plain values.  At any time a few rows are with the
-processes, so that the loss of one concerns few rows: each of those is done again in a process of its own, and the one
-with which that process ends as well has failed.
+A process is started anew and gets the job once; rows and results are plain values.
 """
 
 from __future__ import annotations
 
 import multiprocessing
 import signal
-from collections.abc import Generator, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from collections.abc import Generator, Iterable, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from itertools import islice
-from typing import Any, Final, NamedTuple
+from contextlib import contextmanager
+from typing import Any, Final
 
+from tmcm34x.sweep import work
 from tmcm34x.sweep.plan import Job, Row
-from tmcm34x.sweep.single import Result, result_of
+from tmcm34x.sweep.single import Result
 
-_AHEAD: Final = 4
-"""Rows for each process that are given out before their turn."""
-_LOST: Final = Result(error="the process that did the run has ended before it was over")
-
-Numbered = tuple[int, Result]
-"""The number of a row, and its result."""
+_AHEAD: Final = 2
+"""Slices for each process that are given out before their turn."""
 
 
-def results(job: Job, rows: Sequence[Row], wanted: Iterable[int], processes: int) -> Generator[Numbered]:
+def results(job: Job, rows: Sequence[Row], wanted: Iterable[int], processes: int) -> Generator[work.Numbered]:
     """The results of the wanted rows as they come, in no order; ends its processes when it is closed."""
-    waiting = iter(wanted)
-    while given := dict.fromkeys(islice(waiting, processes * _AHEAD)):
-        yield from _share(_Share(job, rows, waiting, processes), given)
-        for number in given:
-            yield number, _alone(job, rows[number])
+    left = work.Work(rows, wanted, processes * _AHEAD)
+    while left:
+        with _pool(job, processes) as submit:
+            yield from left.results(submit, BrokenProcessPool, one_loss_is_all=True)
 
 
-class _Share(NamedTuple):
-    """What processes work at together; `waiting` gives the numbers of the rows that are not given out yet."""
-
-    job: Job
-    rows: Sequence[Row]
-    waiting: Iterator[int]
-    processes: int
-
-
-def _share(share: _Share, given: dict[int, None]) -> Iterator[Numbered]:
-    """Results until all rows are done or a process is lost; `given` are then the rows that were given out."""
-    pool = _pool(share.job, share.processes)
-    try:
-        pending = {pool.submit(_do, share.rows[number]): number for number in given}
-        while pending:
-            for future in wait(pending, return_when=FIRST_COMPLETED).done:
-                result = _result(future)
-                if result is None:
-                    return
-                number = pending.pop(future)
-                del given[number]
-                yield number, result
-                for following in islice(share.waiting, 1):
-                    given[following] = None
-                    pending[pool.submit(_do, share.rows[following])] = following
-    except BrokenProcessPool:
-        return
-    finally:
-        _end(pool)
-
-
-def _result(future: Future[Result]) -> Result | None:
-    """None where the process was lost."""
-    try:
-        return future.result()
-    except BrokenProcessPool:
-        return None
-
-
-def _alone(job: Job, row: Row) -> Result:
-    """The result of a row in a process of its own."""
-    pool = _pool(job, 1)
-    try:
-        return _result(pool.submit(_do, row)) or _LOST
-    finally:
-        _end(pool)
-
-
-def _pool(job: Job, processes: int) -> ProcessPoolExecutor:
+@contextmanager
+def _pool(job: Job, processes: int) -> Generator[work.Submit]:
+    """Processes for the job, ended behind the block also in the middle of a run."""
     context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(processes, mp_context=context, initializer=_begin, initargs=(job,))
+    pool = ProcessPoolExecutor(processes, mp_context=context, initializer=_begin, initargs=(job,))
+
+    def submit(rows: list[Row]) -> Future[list[Result]]:
+        try:
+            return pool.submit(_do, rows)
+        except BrokenProcessPool as error:
+            return _failed(error)
+
+    try:
+        yield submit
+    finally:
+        _end(pool)
+
+
+def _failed(error: Exception) -> Future[list[Result]]:
+    future: Future[list[Result]] = Future()
+    future.set_exception(error)
+    return future
 
 
 def _end(pool: ProcessPoolExecutor) -> None:
@@ -109,5 +74,5 @@ def _begin(job: Job) -> None:
     _jobs[:] = [job]
 
 
-def _do(row: Row) -> Result:
-    return result_of(_jobs[0], row)
+def _do(rows: Sequence[Row]) -> list[Result]:
+    return work.do(_jobs[0], rows)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
 
@@ -15,7 +16,7 @@ from tmcm34x.clock import HZ, clocks
 from tmcm34x.debug.expressions import Expression, ExpressionError, compile_expression
 from tmcm34x.debug.view import View
 from tmcm34x.sweep.description import Number, SweepError
-from tmcm34x.sweep.measure import LossRecorder
+from tmcm34x.sweep.measure import LoadRecorder, LossRecorder
 from tmcm34x.sweep.plan import SEED, Job, Row, place, reference
 from tmcm34x.toolchain.assembler import Assembly
 from tmcm34x.trace.figures import FiguresRecorder
@@ -65,6 +66,7 @@ class Single:
         self.rig = _rig(job, values)
         self.recorder = FiguresRecorder(self.rig)
         self.losses = LossRecorder(self.rig)
+        self.loads = LoadRecorder(self.rig)
         self.view = _view(self.rig, assembly)
         self.rig.modules[0].eeprom.write_program(assembly.program)
         for what, value in values.items():
@@ -74,6 +76,8 @@ class Single:
             (name, _compiled(f"figures.{name}", text)) for name, text in job.sweep.figures.items()
         ]
         recorders = [self.recorder, self.losses, *([observe(self.rig)] if observe else [])]
+        if _OF_LOAD.search(" ".join([job.sweep.stop or "", *job.sweep.figures.values()])):
+            recorders.append(self.loads)
         self.run = Run(self.rig, Trace(self.rig, recorders), condition)
 
     def result(self) -> Result:
@@ -122,8 +126,13 @@ _OF_MOTOR: Final[dict[str, Callable[[Single, int], int]]] = {
     "lost": lambda single, motor: single.losses.lost[motor],
     "distance": lambda single, motor: single.recorder.figures()[motor].distance,
     "peak_speed": lambda single, motor: single.recorder.figures()[motor].peak_speed,
+    "overshoot": lambda single, motor: single.loads.motors[motor].overshoot,
+    "margin": lambda single, motor: single.loads.motors[motor].margin,
+    "peak_current_us": lambda single, motor: single.loads.motors[motor].peak_current_us,
 }
-"""Most lost full steps; microsteps made; greatest speed [velocity units]."""
+"""Most lost full steps; microsteps made; greatest speed [velocity units]; and see `measure.LoadRecorder`."""
+_OF_LOAD: Final = re.compile(r"\b(?:overshoot|margin|peak_current_us)\b", re.IGNORECASE)
+"""Names whose recorder costs time, so that it is there only where one is used."""
 
 
 def check_expressions(job: Job) -> None:
