@@ -167,10 +167,6 @@ def test_a_module_that_was_loaded_goes_on_as_the_one_that_was_saved(model, seed)
     assert other.module.save() == bench.module.save()
 
 
-@pytest.mark.skipif(
-    not (clock.__file__ or "").endswith(".py"),
-    reason="compiled chips are copied with the rig that they belong to, see tests/bench/test_snapshot.py",
-)
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda module: pickle.loads(pickle.dumps(module))])
 @pytest.mark.parametrize("seed", range(5))
 def test_a_copy_is_a_module_of_its_own(copied, seed):

@@ -12,10 +12,10 @@ Source: manual 2 and 6.7.14, 6.7.15, 6.7.24; wiring: `models`; thresholds and id
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final, Literal, Protocol
+from typing import Any, Final, Literal, Protocol, SupportsIndex
 
 from tmcm34x.board.circuit import SpiDevice
-from tmcm34x.board.models import Model
+from tmcm34x.board.models import MODELS, Model
 from tmcm34x.chips.tmc429 import Tmc429
 from tmcm34x.clock import NEVER, Value, digest
 
@@ -52,6 +52,7 @@ class Board:
 
     def __init__(self, model: Model, *, seed: int = 0) -> None:
         self.model = model
+        self._seed = seed
         self.chips = tuple(Tmc429(part, seed=seed + n) for n, part in enumerate(model.parts))
         alone = self.chips[0] if len(self.chips) == 1 else None
         self.next_event: Callable[[], int] = alone.next_event if alone else self._next_of_all
@@ -124,6 +125,10 @@ class Board:
     def digest(self) -> str:
         """A fingerprint of the state."""
         return digest(self.save())
+
+    def __reduce_ex__(self, protocol: SupportsIndex, /) -> tuple[Any, ...]:
+        """A copy has nothing attached to it, and no listeners."""
+        return _rebuilt, (self.model.number, self._seed, self.save())
 
     # The firmware's side
 
@@ -290,3 +295,10 @@ class Board:
         """The control words of the motion chip's present datagram, by motor."""
         bits, _ = self.chips[0].driver_datagram()
         return [bits >> DRIVER_BITS * (2 - motor) & _DRIVER_MASK for motor in range(len(self._drivers))]
+
+
+def _rebuilt(model: int, seed: int, state: Any) -> Board:
+    """The copy that `Board.__reduce_ex__` describes."""
+    board = Board(MODELS[model], seed=seed)
+    board.load(state)
+    return board

@@ -29,43 +29,43 @@ VERSION_STRING: Final = 0
 
 def stop_application(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """128: stop the program.  Source: manual 6.7.36."""
-    return core.program.stop(), value
+    return core.application.stop(), value
 
 
 def run_application(core: ModuleState, type_: int, _motor: int, value: int) -> Result:
     """129: run the program from where it stands (0) or from an address (1).  Source: manual 6.7.36."""
-    return core.program.run(value if type_ else None), value
+    return core.application.run(value if type_ else None), value
 
 
 def step_application(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """130: execute one command of the program.  Source: manual 6.7.36; fidelity PROG-19."""
-    return core.program.step(), value
+    return core.application.step(), value
 
 
 def reset_application(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """131: stop the program and go back to its start.  Source: manual 6.7.36."""
-    return core.program.reset(), value
+    return core.application.reset(), value
 
 
 def start_download(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """132: store the commands to come.  Source: manual 6.7.36."""
-    return core.program.start_download(value), value
+    return core.application.start_download(value), value
 
 
 def quit_download(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """133: execute commands again.  Source: manual 6.7.36."""
-    return core.program.quit_download(), value
+    return core.application.quit_download(), value
 
 
 def read_program_memory(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
     """134: the value field of the stored command; ports answer with all of it (fidelity FW-82)."""
-    stored = core.program.memory.read(value)
+    stored = core.application.memory.read(value)
     return (Status.OK, stored.value) if isinstance(stored, Instruction) else (stored, value)
 
 
 def get_application_status(core: ModuleState, _type: int, _motor: int, _value: int) -> Result:
     """135: what the program is doing.  Source: manual 6.7.36; fidelity PROG-20."""
-    return Status.OK, core.program.state
+    return Status.OK, core.application.state
 
 
 def get_firmware_version(core: ModuleState, _type: int, _motor: int, _value: int) -> Result:
@@ -124,7 +124,7 @@ def _answer_plainly(core: ModuleState, port: Port, instruction: Instruction, siz
 
 def _answer_record(core: ModuleState, port: Port, instruction: Instruction, size: int) -> None:
     """134: the whole stored command (fidelity FW-82)."""
-    stored = core.program.memory.read(instruction.value)
+    stored = core.application.memory.read(instruction.value)
     if isinstance(stored, Instruction):
         port.answer_record(pack_record(stored)[:-1], size)
     else:

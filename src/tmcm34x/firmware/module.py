@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from tmcm34x import clock
 from tmcm34x.clock import NEVER
@@ -46,9 +46,7 @@ class Module(ModuleState):
     profile: "standard", or "later" for some parameters of later firmware too (fidelity TMCL-18)
     """
 
-    __slots__ = ()
-
-    program: Program  # pyright: ignore[reportIncompatibleVariableOverride]
+    __slots__ = ("program",)
 
     def __init__(
         self,
@@ -70,7 +68,8 @@ class Module(ModuleState):
         for number, value in ((GP.SERIAL_ADDRESS, address), (GP.HOST_ADDRESS, host_address)):
             if value is not None:
                 eeprom.set_global_value(number, value)
-        self.program = Program(self)  # pyright: ignore[reportIncompatibleVariableOverride]
+        self.program = Program(self)
+        self.application = self.program
         board.on_pins.append(self._note_pins)
 
     def take_profile(self, profile: str) -> None:
@@ -227,3 +226,26 @@ class Module(ModuleState):
     def digest(self) -> str:
         """A fingerprint of the state: equal states have equal digests."""
         return clock.digest(self.save())
+
+    def __reduce_ex__(self, protocol: SupportsIndex, /) -> tuple[Any, ...]:
+        """A copy has a board of its own with nothing attached to it; its ports lead nowhere.
+
+        It has the same user functions and no listeners.
+        """
+        boot = None if self.boot is None else type(self.boot)
+        ports = tuple([port.recipe() for port in self.ports])
+        parts = self.board, self.eeprom, self.instruction_clocks, boot, ports, self.user_functions
+        return _rebuilt, (parts, self.save())
+
+
+def _rebuilt(parts: tuple[Any, ...], state: Any) -> Module:
+    """The copy that `Module.__reduce_ex__` describes."""
+    board, eeprom, instruction_clocks, boot, ports, user_functions = parts
+    module = Module(board, eeprom, instruction_clocks=instruction_clocks, profile=eeprom.profile)
+    if boot is not None:
+        boot(module)
+    for port in ports:
+        port(module)
+    module.user_functions.update(user_functions)
+    module.load(state)
+    return module

@@ -35,7 +35,7 @@ def switch_on(core: ModuleState) -> None:
     for port in core.ports:
         port.power_on()
     core.tell("power", -1)
-    core.program.power_on(bool(core.eeprom.global_values[GP.AUTO_START]))
+    core.application.power_on(bool(core.eeprom.global_values[GP.AUTO_START]))
     settle(core)
     if core.boot is not None:
         core.boot.take_over(core)
@@ -58,7 +58,7 @@ def cycle(core: ModuleState) -> None:
 
 def stop_firmware(core: ModuleState) -> None:
     """All motors stand still without current, the program stops, what is not stored is lost."""
-    core.program.power_off()
+    core.application.power_off()
     _forget(core)
     core.silent = False
 
@@ -93,7 +93,7 @@ def _restore(core: ModuleState) -> None:
     core.baud_index = settings[GP.BAUD_RATE]
     core.encoder_interface = settings[GP.ENCODER_INTERFACE]
     keep_cleared = settings[GP.KEEP_USER_VARIABLES_CLEARED]
-    core.program.variables[:] = [0] * len(eeprom.variables) if keep_cleared else eeprom.variables
+    core.application.variables[:] = [0] * len(eeprom.variables) if keep_cleared else eeprom.variables
     in_eeprom = settings[GP.COORDINATE_STORAGE]
     core.coordinates = [[0, *stored] if in_eeprom else [0] * COORDINATES for stored in eeprom.coordinates]
     restore_axes(core)

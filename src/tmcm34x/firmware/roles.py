@@ -50,6 +50,10 @@ class Port(Protocol):
         """Send bytes now."""
         ...
 
+    def recipe(self) -> Callable[[Any], Port]:
+        """Makes a port of the same kind, which leads nowhere, on another module."""
+        ...
+
     def save(self) -> Value:
         """What was received of a telegram that is not complete."""
         ...

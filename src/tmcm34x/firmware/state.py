@@ -130,8 +130,6 @@ _PLAIN: Final = (
 )  # fmt: skip
 """Attributes of a `ModuleState` that are numbers."""
 
-_LISTENERS: Final = ("observers", "on_power")
-
 
 class ModuleState:
     """What the firmware of a module on `board` with `eeprom` works on; see the module.
@@ -143,8 +141,8 @@ class ModuleState:
     """
 
     __slots__ = (
-        *_PLAIN, *_LISTENERS, "answers", "axes", "board", "boot", "coordinates", "eeprom", "entries", "firmware",
-        "instruction_clocks", "outbox", "ports", "program", "requests", "tables", "user_functions",
+        *_PLAIN, "answers", "application", "axes", "board", "boot", "coordinates", "eeprom", "entries", "firmware",
+        "instruction_clocks", "observers", "on_power", "outbox", "ports", "requests", "tables", "user_functions",
         "user_parameters",
     )  # fmt: skip
 
@@ -167,7 +165,8 @@ class ModuleState:
         """What commands do while the firmware is in charge, not the boot loader: `entries` and `answers`."""
         self.entries, self.answers = firmware
         self.tables = tables
-        self.program: Program
+        self.application: Program
+        """The stand-alone program, as commands see it."""
         self.boot: Boot | None = None
         self.user_functions: dict[int, UserFunction] = {}
         """What UF0..UF7 do, by 0..7."""
@@ -205,14 +204,6 @@ class ModuleState:
         self.pins_due = NEVER
         """The clock at which a pin that changed is noticed."""
         self.random_state = seed & _RANDOM_MASK
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in ModuleState.__slots__ if name not in _LISTENERS}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.observers, self.on_power = [], []
-        for name, value in state.items():
-            setattr(self, name, value)
 
     def forget(self) -> None:
         """Power-on: everything that is not in the EEPROM is as new; random numbers and clock go on."""

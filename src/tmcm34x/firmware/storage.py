@@ -125,13 +125,9 @@ class Eeprom:
         self.restore_defaults()
         self.revision = 0
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in self.__slots__ if name != "listeners"}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.listeners = []
-        for name, value in state.items():
-            setattr(self, name, value)
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy has no listeners."""
+        return _copied, (self.model, self.profile, self.to_bytes(), self.revision)
 
     def _changed(self, *changes: Change) -> None:
         self.revision += 1
@@ -391,3 +387,11 @@ def _check_ranges(eeprom: Eeprom) -> None:
         raise EepromError("EEPROM image has an impossible coordinate")
     if max(eeprom.driver_chain + eeprom.microstep_table) >= CELLS:
         raise EepromError("EEPROM image has an impossible chip table")
+
+
+def _copied(model: int, profile: str, image: bytes, revision: int) -> Eeprom:
+    """The copy that `Eeprom.__reduce__` describes."""
+    eeprom = Eeprom(model, profile)
+    eeprom.restore(image)
+    eeprom.revision = revision
+    return eeprom

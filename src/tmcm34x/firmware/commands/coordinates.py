@@ -92,4 +92,4 @@ def do_cco(core: ModuleState, type_: int, motor: int, value: int) -> Result:
 
 def do_aco(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """ACO: set a coordinate to the accumulator.  Source: manual 6.7.28."""
-    return _set_coordinates(core, type_, {motor: core.program.accumulator}), value
+    return _set_coordinates(core, type_, {motor: core.application.accumulator}), value

@@ -20,7 +20,7 @@ OK: Final = Status.OK
 
 def do_sio(core: ModuleState, type_: int, bank: int, value: int) -> Result:
     """SIO: set digital outputs.  Source: manual 6.7.14."""
-    return io.set_output(core.board, type_, bank, value, core.program.accumulator), value
+    return io.set_output(core.board, type_, bank, value, core.application.accumulator), value
 
 
 def do_gio(core: ModuleState, type_: int, bank: int, _value: int) -> Result:
@@ -30,17 +30,17 @@ def do_gio(core: ModuleState, type_: int, bank: int, _value: int) -> Result:
 
 def do_sac(core: ModuleState, type_: int, size: int, value: int) -> Result:
     """SAC: exchange bytes with an external SPI device.  Source: manual 6.7.24."""
-    return io.exchange(core.board, type_, size, value, core.program.accumulator)
+    return io.exchange(core.board, type_, size, value, core.application.accumulator)
 
 
 def do_calc(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """CALC on the program's accumulator (fidelity FW-9).  Source: manual 6.7.16."""
-    return core.program.calculate(Instruction(COMMAND.CALC, type_, motor, value)), value
+    return core.application.calculate(Instruction(COMMAND.CALC, type_, motor, value)), value
 
 
 def do_calcx(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """CALCX on the program's registers (fidelity FW-9).  Source: manual 6.7.29."""
-    return core.program.calculate(Instruction(COMMAND.CALCX, type_, motor, value)), value
+    return core.application.calculate(Instruction(COMMAND.CALCX, type_, motor, value)), value
 
 
 def do_user_function(n: int, core: ModuleState, type_: int, motor: int, value: int) -> Result:

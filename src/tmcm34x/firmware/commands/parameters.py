@@ -30,7 +30,7 @@ def do_sap(core: ModuleState, type_: int, motor: int, value: int) -> Result:
 
 def do_aap(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     """AAP: SAP with the accumulator, in direct mode the program's (fidelity FW-9).  Source: manual 6.7.30."""
-    return do_sap(core, type_, motor, core.program.accumulator)[0], value
+    return do_sap(core, type_, motor, core.application.accumulator)[0], value
 
 
 def do_gap(core: ModuleState, type_: int, motor: int, _value: int) -> Result:
@@ -67,15 +67,15 @@ def do_sgp(core: ModuleState, type_: int, bank: int, value: int) -> Result:
 
 def do_agp(core: ModuleState, type_: int, bank: int, value: int) -> Result:
     """AGP: SGP with the accumulator.  Source: manual 6.7.31."""
-    return _set_global(core, type_, bank, core.program.accumulator), value
+    return _set_global(core, type_, bank, core.application.accumulator), value
 
 
 def _set_global(core: ModuleState, type_: int, bank: int, value: int) -> Status:
     if bank == VARIABLES:
         if type_ >= USER_VARIABLES:
             return Status.WRONG_TYPE
-        core.program.wake()
-        core.program.variables[type_] = value
+        core.application.wake()
+        core.application.variables[type_] = value
         return OK
     if bank:
         return _set_extension(core, type_, bank, value)
@@ -95,7 +95,7 @@ def _set_extension(core: ModuleState, type_: int, bank: int, value: int) -> Stat
         return Status.INVALID_VALUE
     if type_ not in parameters:
         return Status.WRONG_TYPE
-    core.program.wake()
+    core.application.wake()
     parameters[type_] = value
     return OK
 
@@ -109,7 +109,7 @@ def do_ggp(core: ModuleState, type_: int, bank: int, _value: int) -> Result:
 
 
 def _get_variable(core: ModuleState, type_: int) -> Result:
-    return (OK, core.program.variables[type_]) if type_ < USER_VARIABLES else (Status.WRONG_TYPE, 0)
+    return (OK, core.application.variables[type_]) if type_ < USER_VARIABLES else (Status.WRONG_TYPE, 0)
 
 
 def _get_extension(core: ModuleState, type_: int, bank: int) -> Result:
@@ -126,7 +126,7 @@ def do_stgp(core: ModuleState, type_: int, bank: int, value: int) -> Result:
             return Status.WRONG_TYPE, value
         if core.eeprom.locked:
             return Status.EEPROM_LOCKED, value
-        core.eeprom.set_variable(type_, core.program.variables[type_])
+        core.eeprom.set_variable(type_, core.application.variables[type_])
         return OK, value
     return (Status.INVALID_VALUE if bank else store_global(core, type_)), value
 
@@ -136,7 +136,7 @@ def do_rsgp(core: ModuleState, type_: int, bank: int, value: int) -> Result:
     if bank == VARIABLES:
         if type_ >= USER_VARIABLES:
             return Status.WRONG_TYPE, value
-        core.program.wake()
-        core.program.variables[type_] = core.eeprom.variables[type_]
+        core.application.wake()
+        core.application.variables[type_] = core.eeprom.variables[type_]
         return OK, value
     return (Status.INVALID_VALUE if bank else restore_global(core, type_)), value

@@ -92,19 +92,19 @@ def _read_switches(core: ModuleState, _number: int) -> int:
 
 
 def _read_application(core: ModuleState, _number: int) -> int:
-    return core.program.state
+    return core.application.state
 
 
 def _read_download(core: ModuleState, _number: int) -> int:
-    return int(core.program.downloading)
+    return int(core.application.downloading)
 
 
 def _read_counter(core: ModuleState, _number: int) -> int:
-    return core.program.counter
+    return core.application.counter
 
 
 def _read_last_error(core: ModuleState, _number: int) -> int:
-    return core.program.last_status
+    return core.application.last_status
 
 
 def _read_tick_timer(core: ModuleState, _number: int) -> int:
@@ -174,7 +174,7 @@ def _write_encoder_interface(core: ModuleState, number: int, value: int) -> Stat
 def _write_protection(core: ModuleState, number: int, value: int) -> Status:
     """Giving up the protection against reading erases the program (manual 8.1)."""
     if core.eeprom.global_values[number] & 1 and not value & 1:
-        core.program.erase()
+        core.application.erase()
     core.eeprom.set_global_value(number, value)
     return OK
 

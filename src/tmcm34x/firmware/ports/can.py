@@ -10,6 +10,7 @@ Source: manual 6.1, 6.2, 6.7.36, 8.1 (69 to 71, 83); reply layout: fidelity TMCL
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.firmware import supervision
@@ -123,10 +124,6 @@ class CanPort:
         """Go back to what `save` gave."""
         self._reply_address = value
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {"module": self.module, "_reply_address": self._reply_address}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.send = unconnected
-        for name, value in state.items():
-            setattr(self, name, value)
+    def recipe(self) -> Callable[[Module], CanPort]:
+        """Makes a CAN port that leads nowhere on another module."""
+        return partial(CanPort, send=unconnected)

@@ -10,6 +10,7 @@ Source: manual 6.1, 6.2, 6.6, 6.7.36, 8.1 (65 to 68, 75, 76, 255); fidelity FW-8
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.clock import MS
@@ -215,10 +216,6 @@ class SerialPort:
         if self._line is not None:
             self._line.load(line)
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in self.__slots__ if name != "send"}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.send = unconnected
-        for name, value in state.items():
-            setattr(self, name, value)
+    def recipe(self) -> Callable[[Module], SerialPort]:
+        """Makes a serial port that leads nowhere on another module."""
+        return partial(SerialPort, send=unconnected, any_address=self.any_address)

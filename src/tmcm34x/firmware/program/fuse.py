@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Final, cast
 
 from tmcm34x.firmware.program.counts import Counts
-from tmcm34x.firmware.program.registers import Registers
+from tmcm34x.firmware.program.registers import NAMES, Registers
 from tmcm34x.firmware.program.templates import (
     ENDS_BLOCK,
     JA,
@@ -128,9 +128,9 @@ def _lines(template: str, address: int, counts: Counts | None) -> list[str]:
 
 def _source(blocks: dict[int, list[str]]) -> Iterator[str]:
     """A function that runs `blocks` with the registers in local variables."""
-    registers = [name for name in Registers.__slots__ if name not in {"stack", "variables"}]
+    registers = [name for name in NAMES if name not in {"stack", "variables"}]
     yield "def fused(registers, left):"
-    for name in Registers.__slots__:
+    for name in NAMES:
         yield f"    {name} = registers.{name}"
     yield f"    while left >= {LONGEST_BLOCK}:"
     yield from _choice(blocks, sorted(blocks), "        ")

@@ -39,14 +39,20 @@ Minus that number: the next command is a foreign one.
 @cache
 def _maker(template: str) -> Callable[[int, int, int, int], Operation]:
     """Makes functions of one kind of command from OPERAND, TYPE, TARGET and NEXT."""
-    return compiled(_made(template, statements(template), "OPERAND, TYPE, TARGET, NEXT"), "make")
+    make: Callable[[int, int, int, int], Operation] = compiled(
+        _made(template, statements(template), "OPERAND, TYPE, TARGET, NEXT"), "make"
+    )
+    return make
 
 
 @cache
 def _counting_maker(template: str) -> Callable[..., Operation]:
     """The same for functions that count in marks[EXECUTED], and jumps in marks[JUMPED]."""
     lines = ["marks[EXECUTED] += 1", *counted(template, "JUMPED")]
-    return compiled(_made(template, lines, "OPERAND, TYPE, TARGET, NEXT, marks, EXECUTED, JUMPED"), "make")
+    make: Callable[..., Operation] = compiled(
+        _made(template, lines, "OPERAND, TYPE, TARGET, NEXT, marks, EXECUTED, JUMPED"), "make"
+    )
+    return make
 
 
 def _made(template: str, statements: Sequence[str], arguments: str) -> str:
@@ -76,8 +82,9 @@ class Machine:
         self._single: list[Operation] = []
         self._fast: list[Operation] = []
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_single": [], "_fast": []}
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy makes its own functions; it has no guarded addresses and counts nothing."""
+        return Machine, (self._read,)
 
     def invalidate(self) -> None:
         """Forget everything known about the program memory, because it changed."""

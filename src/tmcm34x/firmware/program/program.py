@@ -22,14 +22,6 @@ if TYPE_CHECKING:
 class Program(Execution):
     """The stand-alone program of one module."""
 
-    def __getstate__(self) -> dict[str, Any]:
-        """A copy has no listeners: those of the original know nothing of it."""
-        return {**self.__dict__, "on_refusal": [], "_hooks": {}}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._machine.guard(frozenset())
-
     # What others see and set
 
     @property

@@ -20,6 +20,10 @@ Contents = tuple[Any, ...]
 """All registers and user variables as one value, equal for two equal states."""
 
 
+NAMES: Final = "accumulator", "counter", "difference", "errors", "result", "stack", "variables", "x"
+"""What a register command can read or change."""
+
+
 class Registers:
     """Everything that a register command can read or change."""
 
