@@ -84,6 +84,7 @@ class Axis:
     __slots__ = (
         "_left",
         "_right",
+        "ask_speed",
         "at_target_bit",
         "base",
         "chip",
@@ -110,6 +111,8 @@ class Axis:
         self.chip = chip
         self.transfer: Callable[[int], int] = board.bus(chip)
         self.base = smda << 29
+        self.ask_speed = self.base | V_ACTUAL.read_word
+        """The datagram that reads V_ACTUAL."""
         self.at_target_bit = at_target(smda) << 24
         """The status bit, in every reply of the chip, that is set while actual and target position are equal."""
         self._left = left_switch(smda)
@@ -150,11 +153,14 @@ class Axis:
         return value - ((value & sign) << 1)
 
     def write(self, field: ChipField, value: int) -> None:
-        """Set a register field, leaving the others of its register as they are."""
+        """Set a register field, leaving the others of its register as they are; no write where they all are so."""
         read_word, word, mask, low, _, keep = field
         data = value << low & mask
         if keep:
-            data |= self.transfer(self.base | read_word) & keep
+            before = self.transfer(self.base | read_word)
+            if before & mask == data:
+                return
+            data |= before & keep
         self.transfer(self.base | word | data)
 
     @property
@@ -180,7 +186,12 @@ class Axis:
 
         Source: TMC429 datasheet 8.1.3; fidelity FW-49.
         """
-        return self.at_target and (self.open or abs(self.read(V_ACTUAL)) <= self.values[AP.MIN_SPEED])
+        return self.at_target and self.stays
+
+    @property
+    def stays(self) -> bool:
+        """Whether a motor at its target does not pass it."""
+        return self.open or abs(self.read(V_ACTUAL)) <= self.values[AP.MIN_SPEED]
 
     @property
     def at_rest(self) -> bool:
@@ -192,17 +203,18 @@ class Axis:
 
         Source: fidelity FW-40.
         """
-        if self.read(V_ACTUAL) or self.read(V_TARGET):
+        reply = self.transfer(self.ask_speed)
+        if reply & V_ACTUAL.mask or self.read(V_TARGET):
             return False
-        return self.open or self.at_target or not self.read(A_ACTUAL)
+        return self.open or bool(reply & self.at_target_bit) or not self.read(A_ACTUAL)
 
     @property
     def steady(self) -> bool:
         """Whether the motor goes on as it does now: at rest at its target, or in velocity mode at its target speed."""
-        speed = self.read(V_ACTUAL)
         if self.read(RAMP_MODE) == VELOCITY:
-            return speed == self.read(V_TARGET)
-        return not speed and self.at_target
+            return self.read(V_ACTUAL) == self.read(V_TARGET)
+        reply = self.transfer(self.ask_speed)
+        return not reply & V_ACTUAL.mask and bool(reply & self.at_target_bit)
 
     def set_acceleration(self, acceleration: int) -> None:
         """Write A_MAX and the braking factors that belong to it and to the divisors.

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.chips.ramp import signed24
+from tmcm34x.chips.registers import READ
 from tmcm34x.clock import MS, NEVER
 from tmcm34x.firmware import currents, drivers, encoder
 from tmcm34x.firmware.axis import A_ACTUAL, V_ACTUAL, V_TARGET, X_ACTUAL
@@ -44,7 +45,8 @@ def advance(core: ModuleState, now: int, chips_have_event: bool) -> None:
     if now >= core.poll_due:
         _poll(core)
     for axis in core.axes:
-        _rest(core, axis, now)
+        if now >= axis.power_due or now >= axis.free_due:
+            _rest(core, axis, now)
     if now >= core.heartbeat_due or now >= core.can_heartbeat_due:
         _lose_heartbeat(core)
     reschedule(core)
@@ -62,24 +64,33 @@ def _rest(core: ModuleState, axis: Axis, now: int) -> None:
 def _look(core: ModuleState, now: int, axes: Sequence[Axis]) -> None:
     """Look whether motors move; one at rest does not start without a command or a pin."""
     for axis in axes:
-        if not axis.at_rest:
+        turning = axis.transfer(axis.ask_speed) & V_ACTUAL.mask
+        if not turning:
+            _look_at_standstill(core, axis, now)
+        elif not axis.moving or core.shut_down:
             _look_at_motion(core, axis)
-        elif axis.moving:
-            if now >= axis.grace:
-                currents.end(core, axis, now)
-            else:
-                core.look_due = min(core.look_due, axis.grace)
     answer_requests(core)
 
 
+def _look_at_standstill(core: ModuleState, axis: Axis, now: int) -> None:
+    """A motor that does not turn now; if it is not at rest, it turns round or ends its move: look again."""
+    if not axis.at_rest:
+        _look_at_motion(core, axis)
+        if not core.shut_down and not axis.read(V_TARGET):
+            core.look_due = min(core.look_due, currents.under_way(core, axis))
+    elif axis.moving:
+        if now >= axis.grace:
+            currents.end(core, axis, now)
+        else:
+            core.look_due = min(core.look_due, axis.grace)
+
+
 def _look_at_motion(core: ModuleState, axis: Axis) -> None:
-    """A motor moves; if that cannot be seen in its speed, it turns round or ends its move: look again."""
+    """A motor moves."""
     if not axis.moving:
         currents.begin(core, axis)
     if core.shut_down:
         halt_motor(core, axis)
-    elif not axis.read(V_ACTUAL) and not axis.read(V_TARGET):
-        core.look_due = min(core.look_due, currents.under_way(core, axis))
 
 
 # Command 138
@@ -96,11 +107,23 @@ def answer_requests(core: ModuleState) -> None:
     """Send the second reply of every command 138 whose motors are at their targets."""
     if not core.requests:
         return
-    reached = sum(axis.reached << axis.motor for axis in core.axes)
+    reached = _reached(core)
     due = [row for row in core.requests if not row.mask & ~reached]
-    core.requests = [row for row in core.requests if row.mask & ~reached]
-    for row in due:
-        row.port.target_reached(row.mask, row.size)
+    if due:
+        core.requests = [row for row in core.requests if row.mask & ~reached]
+        for row in due:
+            row.port.target_reached(row.mask, row.size)
+
+
+def _reached(core: ModuleState) -> int:
+    """The motors that have come to their target positions, as bits; a reply of each chip tells who may have."""
+    reached, chip, reply = 0, -1, 0
+    for axis in core.axes:
+        if axis.chip != chip:
+            chip, reply = axis.chip, axis.transfer(READ)
+        if reply & axis.at_target_bit and axis.stays:
+            reached |= 1 << axis.motor
+    return reached
 
 
 # Polling
@@ -135,7 +158,7 @@ def _check_deviation(core: ModuleState, axis: Axis) -> None:
     if abs(signed24(axis.read(X_ACTUAL) - encoder.position(core, axis.motor))) > limit:
         stop_motor(core, axis)
         _note_error(axis, DEVIATED)
-        core.program.raise_error("EDV")
+        core.application.raise_error("EDV")
         core.tell("deviation", axis.motor)
 
 
@@ -165,7 +188,7 @@ def _look_at_shutdown(core: ModuleState) -> None:
     function = core.eeprom.global_values[GP.SHUTDOWN_PIN]
     active = bool(function) and core.board.shutdown_level() == (function == 1)
     if active and not core.shut_down:
-        core.program.raise_error("ESD")
+        core.application.raise_error("ESD")
         core.tell("shutdown", -1)
     core.shut_down = active
 

@@ -45,6 +45,12 @@ class RampAxis(Law):
             self.seen = self._part(n).at(n) if n > self.begin.n else self.begin
         return self.seen
 
+    def velocity(self, n: int) -> int:
+        """The velocity after tick n, signed and in 1/256, like `at`."""
+        if n == self.seen.n:
+            return self.seen.v
+        return self._part(n).velocity(n) if n > self.begin.n else self.begin.v
+
     def position(self, n: int) -> int:
         """X_ACTUAL after tick n, like `at`."""
         return self.at(n).x

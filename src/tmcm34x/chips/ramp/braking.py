@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from math import isqrt
+from math import isqrt, sqrt
 from typing import Final
 
 from tmcm34x.chips.ramp.law import FARTHEST, Law
@@ -14,6 +14,9 @@ from tmcm34x.chips.ramp.state import LAST, TURN, RampState
 Place = tuple[int, int, int]
 """Between two ramp ticks while braking: tick, speed, and what the pulse ticks have to add up to for the target."""
 
+COMPILED: Final = not __file__.endswith(".py")
+"""Compiled, the root of a number of less than 50 bits is found faster as that of a float, and is the same."""
+
 
 class Braking(Part):
     """The speed follows the braking velocity of the distance, as far as A_MAX allows, down to the target.
@@ -21,7 +24,7 @@ class Braking(Part):
     The way there is a sequence of places between two ramp ticks, some of which are kept as checkpoints.
     """
 
-    __slots__ = ("_checkpoints", "_end", "_found", "_ticks")
+    __slots__ = ("_checkpoints", "_end", "_found", "_near", "_ticks")
 
     EVERY: Final = 32
     """Small steps from one checkpoint to the next."""
@@ -32,6 +35,7 @@ class Braking(Part):
         way = (direction * law.distance(start.x) << 11) - start.acc
         self._checkpoints: list[Place] = [(start.n, self.speed, way)]
         self._ticks = [start.n]
+        self._near = self._checkpoints[0]
         self._end = 0
         self._found: Coast | Change | None = None
 
@@ -53,18 +57,38 @@ class Braking(Part):
 
     def at(self, n: int) -> RampState:
         """The state after a tick of the part."""
+        return self.start if n == self.start.n else self._piece_at(n).at(n)
+
+    def velocity(self, n: int) -> int:
+        """The velocity after tick n of the part, signed and in 1/256."""
         if n == self.start.n:
-            return self.start
+            return self.start.v
         piece = self._found
         if piece is None or not piece.start.n < n <= piece.end:
-            if n > self.start.n + 1 and n > self.end:
-                raise ValueError(f"tick {n} is past the end of the part")
-            place = self._checkpoints[bisect_right(self._ticks, n - 1) - 1]
-            piece = self._piece(self._walk(place, n - 1, -TURN << 11))
+            place = self._place(n)
+            if (after := self._interval(place)) is not None and n <= after[0]:
+                return self.direction * after[1]
+        return self._piece_at(n).velocity(n)
+
+    def _piece_at(self, n: int) -> Coast | Change:
+        """The simple part of the way that holds tick n."""
+        piece = self._found
+        if piece is None or not piece.start.n < n <= piece.end:
+            piece = self._piece(self._place(n))
             while piece.end < n:
                 piece = self._simple(piece.at(piece.end))
             self._found = piece
-        return piece.at(n)
+        return piece
+
+    def _place(self, n: int) -> Place:
+        """The last place before tick n, found from a checkpoint or from where the last one was found."""
+        if n > self.start.n + 1 and n > self.end:
+            raise ValueError(f"tick {n} is past the end of the part")
+        place = self._checkpoints[bisect_right(self._ticks, n - 1) - 1]
+        if place[0] < self._near[0] < n:
+            place = self._near
+        self._near = place = self._walk(place, n - 1, -TURN << 11)
+        return place
 
     def moved(self, n: int) -> int:
         """The number of steps from the start to tick n; less than half a turn of the counter."""
@@ -103,10 +127,8 @@ class Braking(Part):
 
     def _walk(self, place: Place, until: int, left: int) -> Place:
         """Some small steps on the way, none of them past tick `until` or to where no more than `left` of it is left."""
-        law = self.law
-        n, speed, way = place
-        if law.dense and 0 < way <= FARTHEST << 11 and speed > law.v_min << 8:
-            interval = law.ramp_mask + 1
+        if self._follows(place):
+            n, interval = place[0], self.law.ramp_mask + 1
             after = self._walk_intervals(place, min(self.EVERY, (until - n) // interval), max(left, 0))
             if after[2] <= left:
                 after = self._walk_intervals(place, (after[0] - n) // interval - 1, 0)
@@ -114,25 +136,40 @@ class Braking(Part):
                 return after
         return self._walk_velocities(place, until, left)
 
+    def _follows(self, place: Place) -> bool:
+        """Whether ramp intervals are the small steps here."""
+        law = self.law
+        return law.dense and 0 < place[2] <= FARTHEST << 11 and place[1] > law.v_min << 8
+
+    def _interval(self, place: Place) -> Place | None:
+        """The place one ramp interval later, where intervals are the small steps."""
+        after = self._walk_intervals(place, 1, 0) if self._follows(place) else place
+        return None if after[0] == place[0] else after
+
     def _walk_intervals(self, place: Place, count: int, lowest: int) -> Place:
-        """So many ramp intervals, while more than `lowest` of the way is left, until V_MIN is reached."""
+        """So many ramp intervals, while more than `lowest` of the way is left, until V_MIN is reached.
+
+        The speed follows the root of the distance unless it would have to fall by more than A_MAX: below `slow`.
+        """
         law = self.law
         n, speed, way = place
-        a_max, rise, factor, shift, v_min = law.a_max, law.rise, law.factor, law.shift, law.v_min
+        rise, factor, shift, v_min, step = law.rise, law.factor, law.shift, law.v_min, law.a_max
         interval = law.ramp_mask + 1
+        fall, slow = step >> 8, -(step - speed >> 8)
         for begin in range(n, n + count * interval, interval):
             if way <= lowest:
                 return begin, speed, way
-            v = isqrt(factor * (way - 1 >> 11) >> shift)
-            slowest = speed - a_max
-            if v <= v_min:
-                if slowest <= v_min << 8:
+            square = factor * (way - 1 >> 11) >> shift
+            v = int(sqrt(square)) if COMPILED else isqrt(square)
+            if v < slow or v <= v_min:
+                if v <= v_min and speed - step <= v_min << 8:
                     return begin, speed, way
-                v = v_min
-            speed = v << 8
-            if slowest > speed:
-                speed = slowest
-                v = slowest >> 8
+                speed -= step
+                v = speed >> 8
+                slow = -(step - speed >> 8)
+            else:
+                speed = v << 8
+                slow = v - fall
             way -= v << rise
         return n + count * interval, speed, way
 

@@ -56,6 +56,10 @@ class Part:
         """The tick of a step within the part, the first being 1."""
         raise NotImplementedError
 
+    def velocity(self, n: int) -> int:
+        """The velocity after tick n of the part, signed and in 1/256."""
+        raise NotImplementedError
+
     def state(self, n: int, speed: int, steps: int, acc: int, *, a: int = 0, rest: int = 0) -> RampState:
         """The state after tick n, so many steps from the start."""
         start, way = self.start, self.direction * steps
@@ -85,6 +89,10 @@ class Coast(Part):
     def reaches(self, steps: int) -> bool:
         """Whether the part makes so many steps."""
         return self.speed >= 256 and (self.end == LAST or self.moved(self.end) >= steps)
+
+    def velocity(self, n: int) -> int:
+        """The velocity after tick n of the part, signed and in 1/256."""
+        return self.direction * self.speed
 
     def moved(self, n: int) -> int:
         """The number of steps from the start to tick n."""
@@ -127,6 +135,12 @@ class Change(Part):
         super().__init__(law, start, direction, abs(start.v))
         self.step = step
         self.end = start.n + (ramps << law.ramp_div)
+
+    def velocity(self, n: int) -> int:
+        """The velocity after tick n of the part, signed and in 1/256."""
+        ramp_div = self.law.ramp_div
+        ramps = (n >> ramp_div) - (self.start.n >> ramp_div)
+        return self.direction * (self.speed + self.step * ramps)
 
     def pulsed(self, ramps: int) -> int:
         """What the pulse ticks of so many whole ramp intervals add up to."""

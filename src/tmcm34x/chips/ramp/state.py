@@ -81,6 +81,6 @@ class RampState:
         return RampState(*value)
 
 
-def v_actual(state: RampState) -> int:
-    """V_ACTUAL: the velocity toward zero."""
-    return -(-state.v >> 8) if state.v < 0 else state.v >> 8
+def v_actual(v: int) -> int:
+    """V_ACTUAL: a velocity in 1/256 toward zero."""
+    return -(-v >> 8) if v < 0 else v >> 8

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from tmcm34x.chips.ramp import LAST, TURN, v_actual
-from tmcm34x.chips.registers import BY_INDEX, COMMON, DATA, MOTOR, RAM, READ
+from tmcm34x.chips.registers import BY_INDEX, COMMON, DATA, RAM, READ
 from tmcm34x.chips.tmc429 import bus, chain, interrupts, switches
 from tmcm34x.chips.tmc429.chain import Coils
 from tmcm34x.chips.tmc429.core import (
@@ -80,7 +80,7 @@ class Tmc429(Core):
         if self.now <= now < self.due:
             self.now = now
             if not self.holds:
-                self.equal = -1
+                self.status = -1
             return
         if now < self.now:
             raise ValueError(f"the chip is at clock {self.now} and cannot go back to {now}")
@@ -90,7 +90,7 @@ class Tmc429(Core):
             self.now = due
             self._happen()
         self.now = now
-        self.equal = -1
+        self.status = -1
 
     def watch(self, motor: int, low: int, high: int) -> None:
         """Make the step that takes X_ACTUAL out of low..high an event, until watched anew.
@@ -108,7 +108,8 @@ class Tmc429(Core):
         marks = self.marks
         for motor in MOTORS:
             if marks[motor] <= tick:
-                marks[motor] = self.axes[motor].next_mark(tick, *self._noticed(motor))
+                up, down = self._noticed(motor)
+                marks[motor] = self.axes[motor].next_mark(tick, up, down)
         first = min(marks)
         if chain.wanted(self):
             first = min(first, chain.requested(self, tick))
@@ -122,6 +123,8 @@ class Tmc429(Core):
             return [], []
         axis, watched = self.axes[motor], self.watched[motor]
         up, down = [axis.x_target], [axis.x_target]
+        if watched is None and not interrupts.listens(self, motor):
+            return up, down
         if watched is not None:
             up.append(watched[1] + 1)
             down.append(watched[0] - 1)
@@ -142,12 +145,13 @@ class Tmc429(Core):
         tick = self.tick()
         for motor in MOTORS:
             if self.marks[motor] == tick:
+                self.away[motor] = False
                 self._mark(motor, tick)
         if self.flight == self.now:
             chain.arrived(self)
         elif chain.wanted(self) and chain.requested(self, tick - 1) == tick:
             chain.send(self)
-        self.due = self.equal = -1
+        self.due = self.status = -1
 
     def _mark(self, motor: int, tick: int) -> None:
         """An axis has come to a tick at which something waits for it."""
@@ -170,21 +174,21 @@ class Tmc429(Core):
         """
         if self.asleep != NEVER:
             bus.wake(self)
-        area, index, data = datagram >> 29 & 3, datagram >> 25 & 15, datagram & DATA
-        reading = datagram & READ
-        reply = bus.status(self) << 24
+        reply = (self.status if self.status >= 0 else bus.status(self)) << 24
+        area, index = datagram >> 29 & 3, datagram >> 25 & 15
         if datagram & RAM:
-            return reply | bus.ram(self, datagram >> 25 & 63, data, reading=bool(reading))
-        if reading:
-            read = bus.read_common(self, index) if area == COMMON else bus.read_motor(self, area, index)
-            return reply | read
-        row = BY_INDEX.get((COMMON if area == COMMON else MOTOR, index))
-        if row is None or self.part not in row.parts:
-            return reply
-        if area == COMMON:
-            bus.write_common(self, row, data)
+            reading = bool(datagram & READ)
+            return reply | bus.ram(self, datagram >> 25 & 63, datagram & DATA, reading=reading)
+        if area != COMMON:
+            if datagram & READ:
+                return reply | bus.read_motor(self, area, index)
+            bus.write_motor(self, area, index, datagram & DATA)
+        elif datagram & READ:
+            return reply | bus.read_common(self, index)
         else:
-            bus.write_motor(self, area, row, data)
+            row = BY_INDEX.get((COMMON, index))
+            if row is not None and self.part in row.parts:
+                bus.write_common(self, row, datagram & DATA)
         return reply
 
     def read_status(self) -> int:
@@ -220,7 +224,7 @@ class Tmc429(Core):
 
     def velocity(self, motor: int) -> int:
         """V_ACTUAL, signed."""
-        return v_actual(self.state(motor))
+        return v_actual(self.axes[motor].velocity(self.tick()))
 
     def acceleration(self, motor: int) -> int:
         """A_ACTUAL: A_MAX with the sign of the last ramp tick's change of velocity, or 0."""
@@ -278,4 +282,4 @@ class Tmc429(Core):
         """
         until = min(end, self.asleep) - self.origin >> 5
         for state in self.axes[motor].bends(self.tick(), until):
-            yield v_actual(state), state.wave
+            yield v_actual(state.v), state.wave

@@ -19,12 +19,20 @@ FIELD: Final = {name: field for name, (_, field) in FIELDS.items()}
 INTERRUPTS: Final = INDEX["INTERRUPTS"]
 POS_COMP_INT: Final = INDEX["POS_COMP_INT"]
 REF_CONF_RAMP_MODE: Final = INDEX["REF_CONF_RAMP_MODE"]
+X_TARGET: Final = INDEX["X_TARGET"]
 X_ACTUAL: Final = INDEX["X_ACTUAL"]
+V_MIN: Final = INDEX["V_MIN"]
+V_MAX: Final = INDEX["V_MAX"]
 V_TARGET: Final = INDEX["V_TARGET"]
 V_ACTUAL: Final = INDEX["V_ACTUAL"]
+A_MAX: Final = INDEX["A_MAX"]
 A_ACTUAL: Final = INDEX["A_ACTUAL"]
-USTEP_COUNT: Final = INDEX["USTEP_COUNT"]
 I_SCALES: Final = INDEX["I_SCALES_A_THRESHOLD"]
+PMUL_PDIV: Final = INDEX["PMUL_PDIV"]
+DIVISORS: Final = INDEX["DIVISORS"]
+DX_REF_TOLERANCE: Final = INDEX["DX_REF_TOLERANCE"]
+X_LATCHED: Final = INDEX["X_LATCHED"]
+USTEP_COUNT: Final = INDEX["USTEP_COUNT"]
 
 CHAIN_END: Final = 0x20
 """Chain configuration: this bit is the last of its driver (NxM)."""
@@ -52,7 +60,7 @@ class Core:
     flight: the clock at which the driver datagram that is being sent ends, or `NEVER`
     sent: what the driver datagram that is being sent was waited for, bits of `chain`
     watched: positions of each axis that its step out of them is an event, or None
-    duration, scaled, marks, due, equal, holds: derived, see `derive`
+    duration, scaled, marks, due, status, away, holds: derived, see `derive`
     """
 
     def __init__(self, part: ChipName, seed: int) -> None:
@@ -98,10 +106,12 @@ class Core:
         """The next tick of each axis at which it has an event, or one that has passed."""
         self.due = -1
         """The clock of the next event, or -1 while it is not known."""
-        self.equal = -1
-        """Status bits of the axes at their targets at `now`, or -1 while they are not known."""
+        self.status = -1
+        """The status byte at `now`, or -1 while it is not known: set to -1 by whatever may change it."""
+        self.away = [False, False, False]
+        """Axes that are known not to be at their targets before their next events."""
         self.holds = False
-        """Whether these bits hold until the next event."""
+        """Whether its bits of axes at their targets hold until the next event."""
         self.scaled = any(words[I_SCALES] for words in self.words)
         """Whether any current scale is set."""
         self.derive_duration()
@@ -140,7 +150,8 @@ class Core:
 
     def tick(self) -> int:
         """Ticks of 32 clocks since power-on, as far as the chip's clock ran."""
-        return min(self.now, self.asleep) - self.origin >> 5
+        now = self.now
+        return (now if now < self.asleep else self.asleep) - self.origin >> 5
 
     def state(self, motor: int) -> RampState:
         """The state of an axis now."""
@@ -173,17 +184,19 @@ class Core:
     def replan(self, motor: int) -> None:
         """Look for the next event of an axis anew."""
         self.marks[motor] = -1
-        self.due = self.equal = -1
+        self.away[motor] = False
+        self.due = self.status = -1
 
     def replan_all(self) -> None:
         """Look for the next events anew."""
         self.marks = [-1, -1, -1]
-        self.due = self.equal = -1
+        self.away = [False, False, False]
+        self.due = self.status = -1
 
     def cut(self, motor: int, state: RampState) -> None:
         """Begin another plan of an axis."""
         self.axes[motor].cut(state)
-        self.equal = -1
+        self.status = -1
         self.plan_changed(motor)
 
     def plan_changed(self, motor: int) -> None:

@@ -55,12 +55,14 @@ def raise_flags(core: Core, motor: int, before: int) -> None:
         risen &= ~POS_END
     flag(core, motor, risen)
     if risen & POS_COMP:
+        core.status = -1
         core.common[POS_COMP_INT] |= 1
 
 
 def flag(core: Core, motor: int, flags: int) -> None:
     """Set flags as far as their masks allow."""
     words = core.words[motor]
+    core.status = -1
     words[INTERRUPTS] |= flags & words[INTERRUPTS] >> 8
 
 

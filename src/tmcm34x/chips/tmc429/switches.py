@@ -38,6 +38,7 @@ def resolve_inputs(core: Core) -> None:
         return
     before = [interrupts.conditions(core, motor, core.state(motor)) for motor in MOTORS]
     changed, core.switches = switches ^ core.switches, switches
+    core.status = -1
     for motor in MOTORS:
         if change := changed >> 2 * motor & 3:
             _switch(core, motor, change)
