@@ -32,7 +32,7 @@ WEB = ROOT / "web"
 OUT = ROOT / "src" / "tmcm34x" / "ide" / "static"
 STAMP = OUT / ".sources"
 
-CORE = ("clock.py", "chips", "tmcl", "world")
+CORE = ("clock.py", "tmcl", "chips", "world", "board", "firmware")
 """Modules and packages below src/tmcm34x that are compiled."""
 CORE_CHOICE = "TMCM34X_CORE"
 """Environment variable: "python" or "compiled"; a wheel tries to compile when it is not set."""

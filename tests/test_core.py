@@ -1,5 +1,6 @@
 """The compiled core: the same source, in a wheel."""
 
+import os
 import re
 import subprocess
 import sys
@@ -48,3 +49,22 @@ def test_both_cores_run_a_program_alike(installed):
 def test_an_installation_in_place_says_which_core_it_has():
     text = output(sys.executable, "-m", "tmcm34x", "--version", "--verbose")
     assert text.splitlines()[1] in {"core: Python", "core: compiled"}
+
+
+SOAK = """
+from test_soak import Soak
+for model in (341, 342, 343):
+    soak = Soak(model, seed=15)
+    soak.play(0.02)
+    print(model, soak.operations, soak.digest.hexdigest(), soak.rig.digest())
+"""
+
+
+def test_both_cores_go_through_random_activity_byte_for_byte_alike(installed):
+    paths = os.pathsep.join(map(str, (ROOT / "tests", ROOT / "docs")))
+    runs = [
+        output(python, "-c", SOAK, cwd="/", env={"PYTHONPATH": paths})
+        for python in (installed, sys.executable)
+    ]
+    assert runs[0] == runs[1]
+    assert len(runs[0].splitlines()) == 3
