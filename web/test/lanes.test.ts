@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { difference, laneRange, slope, ticks, zoomed } from "../src/logic/lanes";
+import { difference, labels, laneRange, slope, ticks, zoomed } from "../src/logic/lanes";
 
 test("a curve fills its lane and nothing else", () => {
     const [min, max] = laneRange(0, 10, 1, 3);
@@ -33,4 +33,11 @@ test("a slope needs two neighbours without a gap between them", () => {
         null,
         null,
     ]);
+});
+
+test("a low lane has two labels where they fit, and none at its ends", () => {
+    assert.deepEqual(labels(-45000, 55000, 2, 4, 0.1), [-20000, 0, 20000, 40000]);
+    assert.deepEqual(labels(-700, 700, 2, 3, 0.1), [-500, 0, 500]);
+    assert.deepEqual(labels(-700, 700, 2, 1, 0.1), [0]);
+    assert.deepEqual(labels(-5, 1210, 3, 9, 0.01), [500, 1000]);
 });

@@ -3,16 +3,23 @@ import type { Samples } from "./samples";
 
 export interface Curve {
     title: string;
+    /** Of the samples. */
     column: number;
+    /** Of a curve that is computed: a value for each sample. */
+    values?: readonly (number | null | undefined)[];
 }
+
+/** The value of a curve in a sample; NaN for none. */
+const valueAt = (samples: Samples, { column, values }: Curve, n: number): number =>
+    values ? (values[n] ?? NaN) : samples.value(column, n);
 
 /** One line a sample: time in seconds, then the curves. */
 export function toCsv(samples: Samples, curves: readonly Curve[]): string {
     const quoted = (text: string) => (/[",\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text);
     const lines = [["time_s", ...curves.map(curve => quoted(curve.title.replace(/ /g, "_")))].join(",")];
     for (let n = 0; n < samples.length; n++) {
-        const values = curves.map(({ column }) => {
-            const value = samples.value(column, n);
+        const values = curves.map(curve => {
+            const value = valueAt(samples, curve, n);
             return Number.isFinite(value) ? String(value) : "";
         });
         lines.push([samples.time(n).toFixed(6), ...values].join(","));
@@ -42,8 +49,8 @@ export function toVcd(samples: Samples, curves: readonly Curve[]): string {
             at(samples.marks[mark]!.time);
             lines.push(`s${samples.marks[mark]!.text.replace(/\s+/g, "_")} ${marks}`);
         }
-        curves.forEach(({ column }, index) => {
-            const value = samples.value(column, n);
+        curves.forEach((curve, index) => {
+            const value = Math.round(valueAt(samples, curve, n));
             if (!Number.isFinite(value) || value === last[index]) return;
             at(samples.time(n));
             lines.push(`b${(value >>> 0).toString(2)} ${identifier(index)}`);

@@ -25,6 +25,15 @@ export function ticks(low: number, high: number, wish: number): number[] {
     );
 }
 
+/** Round numbers between `low` and `high` for labels, about `wish` and `most` at most: two at least, where two fit, and
+ * none in the outer `edge` part. */
+export function labels(low: number, high: number, wish: number, most: number, edge: number): number[] {
+    const margin = (high - low) * edge;
+    const inside = (count: number) => ticks(low, high, count).filter(at => at >= low + margin && at <= high - margin);
+    const lists = [0, 1, 2, 4, 8].map(more => inside(wish + more));
+    return lists.find(({ length }) => length >= 2 && length <= most) ?? lists[0]!;
+}
+
 /** A lane's range made smaller or larger by `factor` around `centre`. */
 export const zoomed = ([low, high]: [number, number], centre: number, factor: number): [number, number] => [
     centre - (centre - low) * factor,

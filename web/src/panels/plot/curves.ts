@@ -37,16 +37,14 @@ export const frozen = remembered<boolean>("frozen", false);
 
 export const css = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-export function watchTitle({ bank, number, motor }: Watched): string {
-    const row = (bank === -1 ? tables.value.axis : tables.value.globals).find(
-        item => item.number === number && (bank === -1 || item.bank === bank),
-    );
-    return `${row?.name ?? number}${bank === -1 ? ` ${motor}` : ""}`;
-}
+export const watchTitle = (watch: Watched): string =>
+    `${rowOf(watch)?.name ?? watch.number}${watch.bank === -1 ? ` ${watch.motor}` : ""}`;
 
 /** What is computed of a motor's columns. */
 type Derived = "following_error" | "measured_acceleration";
 export interface ShownCurve extends Curve {
+    /** What it is, without the motor. */
+    kind: string;
     scale: string;
     colour: string;
     dash?: number[];
@@ -57,6 +55,13 @@ export interface ShownCurve extends Curve {
 
 /** Lines by kind, so that curves of one motor differ in one lane too. */
 const DASHES: Record<string, number[]> = { target: [5, 4], target_speed: [5, 4], encoder: [2, 3] };
+/** Lines of parameters of a motor, which share its colour with its other curves. */
+const WATCH_DASHES: readonly number[][] = [
+    [8, 3],
+    [1, 2],
+    [8, 3, 2, 3],
+    [4, 2, 1, 2, 1, 2],
+];
 /** Lanes of parameters by their unit; what they mean is written in the lane. */
 const LANES: Record<string, string> = {
     microsteps: "position",
@@ -71,11 +76,15 @@ export const UNITS: Record<string, string> = {
     "speed change": "velocity units/s",
 };
 
-/** The lane of a parameter: that of its unit. */
-function laneOf({ bank, number }: Watched): string {
-    const row = (bank === -1 ? tables.value.axis : tables.value.globals).find(
+/** The row of a parameter. */
+const rowOf = ({ bank, number }: Watched) =>
+    (bank === -1 ? tables.value.axis : tables.value.globals).find(
         item => item.number === number && (bank === -1 || item.bank === bank),
     );
+
+/** The lane of a parameter: that of its unit. */
+function laneOf(watch: Watched): string {
+    const row = rowOf(watch);
     return LANES[row?.unit ?? ""] ?? (row?.unit || "value");
 }
 
@@ -87,30 +96,34 @@ export function shownCurves(): ShownCurve[] {
         for (const motor of shownMotors.value)
             list.push({
                 title: `${title} ${motor}`,
+                kind: title,
                 column: derived ? -1 : columnOf(motor, MOTOR_CURVES.indexOf(curve as "position")),
                 scale,
                 motor,
                 derived,
                 colour: css(`--motor${motor}`),
                 dash: DASHES[curve],
-                width: DASHES[curve] ? 1.2 : 1.8,
+                width: DASHES[curve] ? 1.5 : 2,
             });
     });
     watches.value.forEach((watch, at) => {
+        const ofMotor = watch.bank === -1;
         list.push({
             title: watchTitle(watch),
+            kind: rowOf(watch)?.name ?? String(watch.number),
             column: WATCH_COLUMN + at,
             scale: laneOf(watch),
-            colour: css(`--watch${at % 4}`),
-            width: 1.4,
-            dash: at >= 4 ? [6, 2, 1, 2] : undefined,
+            motor: ofMotor ? watch.motor : undefined,
+            colour: css(ofMotor ? `--motor${watch.motor}` : `--watch${at % 4}`),
+            width: 1.5,
+            dash: ofMotor ? WATCH_DASHES[at % WATCH_DASHES.length] : at >= 4 ? [6, 2, 1, 2] : undefined,
         });
     });
     return list;
 }
 
 /** The values of a curve from one sample to another. */
-function valuesOf(curve: ShownCurve, first: number, last: number, stride: number) {
+export function valuesOf(curve: ShownCurve, first: number, last: number, stride: number) {
     const slice = (column: number) => samples.slice(column, first, last, stride);
     const of = (name: "position" | "encoder" | "speed") => slice(columnOf(curve.motor!, MOTOR_CURVES.indexOf(name)));
     if (curve.derived === "following_error") return difference(of("position"), of("encoder"));
@@ -131,6 +144,15 @@ export function dataBetween(curves: readonly ShownCurve[], from: number, to: num
     ] as uPlot.AlignedData;
 }
 
-/** The newest value of a curve that is a column. */
-export const newest = (curve: ShownCurve): number =>
-    curve.column < 0 ? NaN : samples.lastValue(curve.column, samples.length - 1);
+/** Samples that are looked at for the newest value of a computed curve. */
+const RECENT = 20;
+
+/** The newest value of a curve; NaN where it is unknown. */
+export function newest(curve: ShownCurve): number {
+    if (!curve.derived) return samples.lastValue(curve.column, samples.length - 1);
+    const values = valuesOf(curve, Math.max(0, samples.length - RECENT), samples.length, 1);
+    return values.findLast(value => value !== undefined) ?? NaN;
+}
+
+export const toggle = <T>(list: readonly T[], item: T): T[] =>
+    list.includes(item) ? list.filter(other => other !== item) : [...list, item];

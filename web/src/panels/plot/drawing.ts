@@ -1,14 +1,19 @@
-// What a plot draws besides its curves: lanes with their scales and legends, marks of events, the pinned cursor.
+// What a plot draws besides its curves: lanes with their scales and titles, marks of events, pinned cursors.
 import type uPlot from "uplot";
 import { samples } from "../../logic/app";
-import { ticks, type Lane } from "../../logic/lanes";
+import { labels, type Lane } from "../../logic/lanes";
 import { grouped } from "../../logic/units";
-import { UNITS, css, newest, type ShownCurve } from "./curves";
+import { UNITS, css, type ShownCurve } from "./curves";
 
 export const GUTTER = 66;
+/** Pixels between a label and the end of its lane, at least. */
+const EDGE = 6;
+/** Height of a lane's title. */
+export const TITLE_PX = 16;
 const FONT = "11px system-ui";
-/** Pixels between two labels of a scale, at least. */
-const APART = 26;
+/** Pixels between two labels of a scale, as wished and at least. */
+const APART = 24;
+const CLOSEST = 13;
 
 const shown = (value: number): string =>
     Number.isInteger(value) ? grouped(value) : String(value).replace("-", "\u2212");
@@ -16,12 +21,12 @@ const shown = (value: number): string =>
 export function drawing(
     curves: readonly ShownCurve[],
     lanes: () => readonly Lane[],
-    pinned: () => number | null,
+    pinned: () => readonly number[],
 ): uPlot.Plugin {
     // Asked for once: a computed style costs more than all the drawing.
-    const [muted, text, grid, edge, pinColour, ...motorColours] = [
+    const [muted, ground, grid, edge, pinColour, ...motorColours] = [
         "--muted",
-        "--text",
+        "--page",
         "--grid",
         "--faint",
         "--accent",
@@ -44,13 +49,10 @@ export function drawing(
         ctx.textAlign = "right";
         ctx.textBaseline = "middle";
         ctx.fillStyle = muted!;
-        for (const value of ticks(
-            lane.low,
-            lane.high,
-            Math.max(1, Math.floor(height / devicePixelRatio / APART) - 1),
-        )) {
+        const tall = height / devicePixelRatio;
+        const [wish, most] = [Math.max(2, Math.floor(tall / APART)), Math.floor(tall / CLOSEST)];
+        for (const value of labels(lane.low, lane.high, wish, most, EDGE / tall)) {
             const y = plot.valToPos(value, lane.scale, true);
-            if (y < top + 6 * devicePixelRatio || y > top + height - 6 * devicePixelRatio) continue;
             line(ctx, bbox.left, y, bbox.left + bbox.width, y);
             ctx.fillText(shown(value), bbox.left - 6 * devicePixelRatio, y);
         }
@@ -60,31 +62,37 @@ export function drawing(
         }
     }
 
-    /** The lane's meaning, and its curves with their lines and newest values. */
-    function legendOf(plot: uPlot, lane: Lane, index: number, count: number): void {
+    /** The lane's meaning, on a ground of its own. */
+    function titleOf(plot: uPlot, lane: Lane, index: number, count: number): void {
         const { ctx, bbox } = plot;
-        const y = bbox.top + (bbox.height * index) / count + 9 * devicePixelRatio;
-        let x = bbox.left + 6 * devicePixelRatio;
-        ctx.textAlign = "left";
-        ctx.fillStyle = muted!;
+        const [x, y] = [bbox.left + 6 * devicePixelRatio, bbox.top + (bbox.height * index) / count];
         const title = UNITS[lane.scale] ? `${lane.scale} [${UNITS[lane.scale]}]` : lane.scale;
-        ctx.fillText(title, x, y);
-        x += ctx.measureText(title).width + 14 * devicePixelRatio;
-        for (const curve of curves.filter(({ scale }) => scale === lane.scale)) {
-            const value = newest(curve);
-            const words = `${curve.title}${Number.isNaN(value) ? "" : ` ${shown(value)}`}`;
-            const width = ctx.measureText(words).width + 30 * devicePixelRatio;
-            if (x + width > bbox.left + bbox.width) break;
-            ctx.strokeStyle = curve.colour;
-            ctx.lineWidth = 2 * devicePixelRatio;
-            ctx.setLineDash((curve.dash ?? []).map(part => part * devicePixelRatio));
-            line(ctx, x, y, x + 18 * devicePixelRatio, y);
-            ctx.setLineDash([]);
-            ctx.lineWidth = devicePixelRatio;
-            ctx.fillStyle = text!;
-            ctx.fillText(words, x + 22 * devicePixelRatio, y);
-            x += width + 4 * devicePixelRatio;
-        }
+        ctx.textAlign = "left";
+        ctx.fillStyle = ground!;
+        ctx.fillRect(x - 3, y + 1, ctx.measureText(title).width + 6, 15 * devicePixelRatio);
+        ctx.fillStyle = muted!;
+        ctx.fillText(title, x, y + 9 * devicePixelRatio);
+    }
+
+    /** From now on a curve is drawn in its own lane only; `series` counts from 1. */
+    function clip(plot: uPlot, series: number): void {
+        const all = lanes();
+        const index = all.findIndex(lane => lane.scale === curves[series - 1]?.scale);
+        plot.ctx.save();
+        if (index < 0) return;
+        const height = plot.bbox.height / all.length;
+        plot.ctx.beginPath();
+        plot.ctx.rect(plot.bbox.left, plot.bbox.top + height * index, plot.bbox.width, height);
+        plot.ctx.clip();
+    }
+
+    /** Ends `clip`. uPlot sets a style only when it is another than that of the curve before: keep it. */
+    function unclip({ ctx }: uPlot): void {
+        const { strokeStyle, fillStyle, lineWidth, lineJoin, lineCap } = ctx;
+        const dash = ctx.getLineDash();
+        ctx.restore();
+        Object.assign(ctx, { strokeStyle, fillStyle, lineWidth, lineJoin, lineCap });
+        ctx.setLineDash(dash);
     }
 
     function marks(plot: uPlot): void {
@@ -114,20 +122,25 @@ export function drawing(
                 const all = lanes();
                 for (const [index, lane] of all.entries()) scaleOf(plot, lane, index, all.length);
                 plot.ctx.restore();
+                clip(plot, 1);
+            },
+            drawSeries: (plot, series) => {
+                unclip(plot);
+                clip(plot, series + 1);
             },
             draw: plot => {
                 const { ctx, bbox, scales } = plot;
+                unclip(plot);
                 if (scales.x!.min == null) return;
                 ctx.save();
                 ctx.font = FONT.replace("11", String(10 * devicePixelRatio));
                 ctx.textBaseline = "middle";
                 ctx.lineWidth = devicePixelRatio;
                 const all = lanes();
-                for (const [index, lane] of all.entries()) legendOf(plot, lane, index, all.length);
+                for (const [index, lane] of all.entries()) titleOf(plot, lane, index, all.length);
                 marks(plot);
-                const pin = pinned();
-                if (pin !== null) {
-                    ctx.strokeStyle = pinColour!;
+                ctx.strokeStyle = pinColour!;
+                for (const pin of pinned()) {
                     const x = plot.valToPos(pin, "x", true);
                     if (x >= bbox.left && x <= bbox.left + bbox.width)
                         line(ctx, x, bbox.top, x, bbox.top + bbox.height);

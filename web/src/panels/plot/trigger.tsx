@@ -5,7 +5,30 @@ import { LocalNumber } from "../../widgets/fields";
 import { Menu } from "../../widgets/basics";
 import type { ShownCurve } from "./curves";
 
-type Edge = "rising" | "falling" | "event";
+type Edge = "rising" | "falling" | "above" | "below" | "event";
+const WORDS: Record<Edge, string> = {
+    rising: "a curve rises through",
+    falling: "a curve falls through",
+    above: "a curve is at or above",
+    below: "a curve is at or below",
+    event: "something happens (program, switch, power)",
+};
+
+/** Whether a value after another one fires a trigger; the one before is NaN where none was known. */
+function fires(edge: Edge, level: number, before: number, value: number): boolean {
+    switch (edge) {
+        case "rising":
+            return before < level && value >= level;
+        case "falling":
+            return before > level && value <= level;
+        case "above":
+            return value >= level;
+        case "below":
+            return value <= level;
+        default:
+            return false;
+    }
+}
 interface Trigger {
     column: number;
     title: string;
@@ -31,9 +54,8 @@ sampleListeners.add(row => {
     if (!Number.isFinite(value)) return;
     const { before, level, edge } = trigger;
     trigger.before = value;
-    if (Number.isNaN(before)) return;
-    if (edge === "rising" ? before < level && value >= level : before > level && value <= level)
-        fire(row[0]!, `${trigger.title} ${edge} through ${level}`);
+    if (!fires(edge, level, before, value)) return;
+    fire(row[0]!, `${trigger.title} ${edge} ${edge === "rising" || edge === "falling" ? "through " : ""}${level}`);
 });
 
 onServerEvent(event => {
@@ -71,9 +93,11 @@ export function TriggerMenu({ curves }: { curves: readonly ShownCurve[] }) {
                         value={edge.value}
                         onChange={event => (edge.value = event.currentTarget.value as Edge)}
                     >
-                        <option value="rising">a curve rises through</option>
-                        <option value="falling">a curve falls through</option>
-                        <option value="event">something happens (program, switch, power)</option>
+                        {Object.entries(WORDS).map(([value, words]) => (
+                            <option key={value} value={value}>
+                                {words}
+                            </option>
+                        ))}
                     </select>
                 </label>
                 {edge.value !== "event" && (
