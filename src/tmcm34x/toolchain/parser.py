@@ -114,6 +114,11 @@ class Line(NamedTuple):
     problems: tuple[Problem, ...]
 
 
+def is_not(operand: Operand | None) -> bool:
+    """Whether an operand is the word NOT, behind which CALC needs no number."""
+    return isinstance(operand, Token) and operand.text.upper() == "NOT"
+
+
 def parse_line(text: str) -> Line:
     """The statement in one line, its labels and comment, and what is wrong with it."""
     end, comment = _comment(text, 0)

@@ -124,10 +124,7 @@ def sound(line: parser.Line) -> bool:
     required = sum(operand.required for operand in row.operands)
     given = statement.operands
     if not required <= len(given) <= len(row.operands) + len(row.spare) and not (
-        row.mnemonic == "CALC"
-        and len(given) == 1
-        and isinstance(given[0], Token)
-        and given[0].text.upper() == "NOT"
+        row.mnemonic == "CALC" and len(given) == 1 and parser.is_not(given[0])
     ):
         return False
     return all(_takes(operand, written) for operand, written in zip(row.operands, given, strict=False))

@@ -1,0 +1,110 @@
+"""The labels and constants of a program: defined in the first pass of the assembler, used in both."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Final
+
+from tmcm34x.toolchain.assembly import Symbol, SymbolKind
+from tmcm34x.toolchain.diagnostics import did_you_mean, shown
+from tmcm34x.toolchain.expressions import FUNCTIONS, ExpressionError, Operand, names_in
+from tmcm34x.toolchain.messages import Messages
+from tmcm34x.toolchain.parser import Line
+from tmcm34x.toolchain.tokens import BLANKS, Token
+
+_DIGITS: Final = str.maketrans("OIL", "011")
+"""Letters that are typed for digits."""
+
+
+class Names:
+    """Symbols by upper-case name; what looks one up notes where."""
+
+    def __init__(self, messages: Messages) -> None:
+        self.symbols: dict[str, Symbol] = {}
+        self._messages = messages
+
+    def define(self, name: Token, kind: SymbolKind, value: float, line: Line) -> None:
+        """Give a name its value; reports one that has one already."""
+        key, messages = name.text.upper(), self._messages
+        known = self.symbols.get(key)
+        if known is not None:
+            place = known.definition
+            where = (
+                f"line {place.line}" if place.file == messages.file else f"{place.file}, line {place.line}"
+            )
+            text = f"{shown(name.text)} is already a {known.kind} ({where})"
+            messages.report("E302", name.start, name.end, text)
+            return
+        comment = "" if line.comment is None else messages.text[line.comment :].lstrip("/! \t").rstrip()
+        location = messages.location(name.start, name.end)
+        self.symbols[key] = Symbol(name.text, kind, value, location, comment=comment)
+
+    def note(self, operands: Iterable[Operand | None]) -> None:
+        """The names in refused operands count as used."""
+        for operand in operands:
+            for name in names_in(operand):
+                symbol = self.symbols.get(name.text.upper())
+                if symbol is not None:
+                    symbol.references.append(self._messages.location(name.start, name.end))
+
+    def near(self, name: str, candidates: Iterable[str]) -> tuple[str, ...]:
+        """The candidates that `name` may be a misspelling of, as they are defined."""
+        found = self._messages.near(name, candidates)
+        return tuple(self.symbols[one].name if one in self.symbols else one for one in found)
+
+    # Values; these raise `ExpressionError`
+
+    def earlier_constant(self, name: Token) -> float:
+        """The value of a constant that stands above."""
+        symbol = self.symbols.get(name.text.upper())
+        if symbol is None:
+            near = self.near(name.text, self.symbols)
+            text = f"{shown(name.text)} is not defined above this line{did_you_mean(near)}"
+            raise ExpressionError("E303", name.start, name.end, text, only(near))
+        return self._constant(name, symbol)
+
+    def constant(self, name: Token) -> float:
+        """The value of a constant."""
+        return self._constant(name, self.symbols.get(name.text.upper()) or self._miss(name, "constant"))
+
+    def address(self, name: Token) -> float:
+        """Where a jump to a label or constant leads."""
+        symbol = self.symbols.get(name.text.upper()) or self._miss(name, "label")
+        symbol.references.append(self._messages.location(name.start, name.end))
+        return symbol.value
+
+    def _constant(self, name: Token, symbol: Symbol) -> float:
+        symbol.references.append(self._messages.location(name.start, name.end))
+        if symbol.kind == "label":
+            text = f"{shown(name.text)} is a label; only JA, JC and CSUB take one"
+            raise ExpressionError("E304", name.start, name.end, text)
+        return symbol.value
+
+    # Names that are not defined
+
+    def _miss(self, name: Token, wanted: SymbolKind) -> Symbol:
+        """Raises what there is to say of a name that is not defined."""
+        key = name.text.upper()
+        if key in FUNCTIONS:
+            text = f"the function {key} needs its operand in parentheses"
+            raise ExpressionError("E301", name.start, name.end, text)
+        near = self.near(key, (n for n, symbol in self.symbols.items() if symbol.kind == wanted))
+        if not near and set(key) <= set("OIL0123456789"):
+            near = (key.translate(_DIGITS),)
+        if not near:
+            self._look_for_comment(name)
+        text = f"no {wanted} {shown(name.text)}{did_you_mean(near)}"
+        raise ExpressionError("E301", name.start, name.end, text, only(near))
+
+    def _look_for_comment(self, name: Token) -> None:
+        """A name behind `--` or `/` may begin a comment of another language."""
+        before = self._messages.text[: name.start].rstrip(BLANKS)
+        for marker in ("--", "/"):
+            if before.endswith((f" {marker}", f"\t{marker}")):
+                text = f"no constant {shown(name.text)}; a comment begins with //, not with {marker!r}"
+                raise ExpressionError("E301", len(before) - len(marker), len(before), text, "//")
+
+
+def only(near: tuple[str, ...]) -> str | None:
+    """The one name that is meant; None where there are none or several."""
+    return near[0] if len(near) == 1 else None
