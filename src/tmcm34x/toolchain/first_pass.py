@@ -8,8 +8,9 @@ from typing import Final, NamedTuple
 from tmcm34x.toolchain.diagnostics import shown
 from tmcm34x.toolchain.expressions import ExpressionError, evaluate
 from tmcm34x.toolchain.includes import standard
-from tmcm34x.toolchain.mending.files import mend, moved
-from tmcm34x.toolchain.mending.lines import changed
+from tmcm34x.toolchain.mending.columns import moved
+from tmcm34x.toolchain.mending.files import mend
+from tmcm34x.toolchain.mending.text import changed
 from tmcm34x.toolchain.messages import Messages
 from tmcm34x.toolchain.names import Names
 from tmcm34x.toolchain.parser import Command, Constant, Data, Directive, Include, Line

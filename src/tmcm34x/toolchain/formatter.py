@@ -14,7 +14,7 @@ from typing import Final
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.toolchain.expressions import Operand
 from tmcm34x.toolchain.mending.files import moved
-from tmcm34x.toolchain.mending.lines import changed
+from tmcm34x.toolchain.mending.text import changed
 from tmcm34x.toolchain.parser import Command, Constant, Data, Directive, Include, Line, parse_line
 from tmcm34x.toolchain.structure import local_labels
 from tmcm34x.toolchain.tokens import BLANKS, Token, split_lines, tokenize

@@ -8,8 +8,9 @@ from typing import Final
 from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Fix, Location, shown
 from tmcm34x.toolchain.expressions import ExpressionError
 from tmcm34x.toolchain.mending.files import Mistake
-from tmcm34x.toolchain.mending.lines import changed, repair
+from tmcm34x.toolchain.mending.lines import repair
 from tmcm34x.toolchain.mending.spelling import nearest
+from tmcm34x.toolchain.mending.text import changed
 from tmcm34x.toolchain.parser import Problem
 from tmcm34x.toolchain.tokens import BLANKS
 

@@ -45,6 +45,8 @@ _INCLUDE: Final = re.compile(rf"{_BLANKS}(#{_BLANKS}(\w*)){_BLANKS}", re.ASCII)
 
 
 _FOREIGN_COMMENT: Final = re.compile(rf"[{BLANKS}]++(;|#|'|--|/\*)")
+_CURLY: Final = re.compile("[\u2018\u2019\u201c\u201d\u201e]")
+"""Quotes of word processors."""
 _MOST_OPERANDS: Final = 8
 """Operands of a line that are looked at; no command has more than three, or four numbers in a DATA line."""
 
@@ -139,14 +141,15 @@ def parse_line(text: str) -> Line:
     if name.upper() not in BY_MNEMONIC:
         following = _NEXT_WORD.match(text, stop, end)
         if following is not None and following[1].upper() in BY_MNEMONIC:
-            problems.append(
-                Problem("E103", start, stop, f"a label ends with ':': {shown(name)}:", f"{name}:")
-            )
+            problems.append(_lacks_colon(name, start, stop))
             labels = (*labels, Token("name", name, start, stop))
-            name = following[1]
-            start, stop = following.span(1)
+            name, (start, stop) = following[1], following.span(1)
     operands, last = _operands(text, stop, end, problems)
     return make(Line, (labels, make(Command, (name, start, operands, last)), comment, tuple(problems)))
+
+
+def _lacks_colon(name: str, start: int, end: int) -> Problem:
+    return Problem("E103", start, end, f"a label ends with ':': {shown(name)}:", f"{name}:")
 
 
 def _comment(text: str, start: int) -> tuple[int, int | None]:
@@ -200,7 +203,7 @@ def _without_name(text: str, labels: tuple[Token, ...], comment: int | None, sta
     """A line whose statement does not begin with a name."""
     head = first_token(text, start, end)
     if head.text == "#" and not labels:
-        return _include(text)
+        return _directive(text)
     if head.kind in ("malformed", "stray"):
         problem = Problem(*lexical_error(head).problem)
     else:
@@ -217,33 +220,34 @@ def _data(text: str, labels: tuple[Token, ...], pragma: re.Match[str]) -> Line:
     return Line(labels, Data(first, operands, last), comment, tuple(problems))
 
 
-def _include(text: str) -> Line:
+def _directive(text: str) -> Line:
     match = _INCLUDE.match(text)
     assert match is not None
-    start, end = match.span(1)
-    word = match.group(2).lower()
+    word, stop = match[2].lower(), match.end()
+    end, comment = _comment(text, stop)
     if word in DIRECTIVES:
-        stop, comment = _comment(text, match.end())
-        return Line((), Directive(word, match.end(), len(text[:stop].rstrip(BLANKS))), comment, ())
-    if word != "include":
-        problem = Problem(
-            "E103",
-            start,
-            end,
-            f"no directive {shown(match.group(1))}; there are #include, #if, #else, #endif and #assert",
+        return Line((), Directive(word, stop, len(text[:end].rstrip(BLANKS))), comment, ())
+    if word == "include":
+        name = text[stop:end].strip(BLANKS)
+        problem = Problem("E103", *match.span(1), "the name of a file is missing")
+        return (
+            _include(text.index(name, stop), name, comment) if name else Line((), None, comment, (problem,))
         )
-        return Line((), None, None, (problem,))
-    position = match.end()
-    stop, comment = _comment(text, position)
-    name = text[position:stop].strip(BLANKS)
-    if not name:
-        return Line((), None, comment, (Problem("E103", start, end, "the name of a file is missing"),))
-    place = text.index(name, position)
+    what = f"no directive {shown(match[1])}; {_DIRECTIVES}"
+    return Line((), None, None, (Problem("E103", *match.span(1), what),))
+
+
+def _include(place: int, name: str, comment: int | None) -> Line:
+    """The line that includes the file which is named at column `place`."""
+    problems: tuple[Problem, ...] = ()
     foreign = _FOREIGN_COMMENT.search(name)
     if foreign is not None:
-        column = place + foreign.start(1)
-        reason = f"a comment begins with //, not with {foreign[1]!r}"
-        problem = Problem("E101", column, column + len(foreign[1]), reason, "//")
+        comment = place + foreign.start(1)
+        what = f"a comment begins with //, not with {foreign[1]!r}"
+        problems = (Problem("E101", comment, comment + len(foreign[1]), what, "//"),)
         name = name[: foreign.start()]
-        return Line((), Include(unquoted(name), place, place + len(name)), column, (problem,))
-    return Line((), Include(unquoted(name), place, place + len(name)), comment, ())
+    curly = _CURLY.search(name)
+    if curly is not None:
+        column = place + curly.start()
+        problems = (Problem("E101", column, column + 1, f"{curly[0]!r} is not a character of the language"),)
+    return Line((), Include(unquoted(name), place, place + len(name)), comment, problems)

@@ -20,7 +20,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.toolchain.expressions import ExpressionError, compile_expression, evaluate
-from tmcm34x.toolchain.mending.lines import Change, changed
+from tmcm34x.toolchain.mending.text import Change, changed
 from tmcm34x.toolchain.parser import Include, Line
 from tmcm34x.toolchain.tokens import Token, tokenize
 

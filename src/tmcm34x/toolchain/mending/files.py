@@ -13,9 +13,11 @@ from typing import Final, NamedTuple
 from tmcm34x.tmcl.commands import BY_MNEMONIC, FOREIGN_COMMANDS
 from tmcm34x.toolchain import parser
 from tmcm34x.toolchain.diagnostics import shown
-from tmcm34x.toolchain.expressions import Expression, Operand
 from tmcm34x.toolchain.mending import words
-from tmcm34x.toolchain.mending.lines import LONGEST, Change, Repair, changed, guess, repair, sound, suits
+from tmcm34x.toolchain.mending.columns import moved
+from tmcm34x.toolchain.mending.lines import guess, repair
+from tmcm34x.toolchain.mending.soundness import sound, suits
+from tmcm34x.toolchain.mending.text import LONGEST, Change, Repair, changed
 from tmcm34x.toolchain.tokens import BLANKS, Token, tokenize
 
 _MOST: Final = 300
@@ -76,9 +78,7 @@ class _File:
 
     def line(self, index: int) -> bool:
         found = repair(self.texts[index], self.labels)
-        if found is None or not found.changes:
-            return found is not None and self.take(index, found)
-        return self.take(index, found)
+        return found is not None and self.take(index, found)
 
     def take(self, index: int, found: Repair) -> bool:
         """Believes a repair of one line."""
@@ -113,10 +113,7 @@ class _File:
             changes = tuple(self.uncommented(first, last, start))
             text = "a comment begins with // and ends with its line; there is no /* */"
             self.mistakes.append(Mistake(first + 1, "E101", start, start + 2, text, changes))
-            for number in range(first, last + 1):
-                done = tuple(change for line, change in changes if line == number + 1)
-                self.lines[number] = moved(parser.parse_line(changed(self.texts[number], done)), done)
-            taken |= set(range(first, last + 1))
+            taken |= {number for number in range(first, last + 1) if self.believe(number, changes)}
         return taken
 
     def end_of_block(self, first: int, start: int) -> int:
@@ -144,20 +141,29 @@ class _File:
         taken: set[int] = set()
         for index in sorted(wrong):
             match = _DEFINED.match(self.texts[index][:LONGEST])
-            if match is None or index in taken or not self.breaks(index, match):
-                continue
-            raw, name = match[1], self.mended_name(match[1])
-            changes = tuple(self.replaced(raw, name, label=match[2] == ":"))
-            what = "label" if match[2] == ":" else "constant"
-            text = f"{shown(raw)} is no name for a {what}: letters, digits and _; did you mean {name}?"
-            self.mistakes.append(Mistake(index + 1, "E103", *match.span(1), text, changes))
-            for number in sorted({number for number, _ in changes}):
-                done = tuple(change for line, change in changes if line == number)
-                line = moved(parser.parse_line(changed(self.texts[number - 1], done)), done)
-                if sound(line) or number == index + 1:
-                    self.lines[number - 1] = line
-                    taken.add(number - 1)
+            if match is not None and index not in taken and self.breaks(index, match):
+                taken |= self.renamed(index, match)
         return taken
+
+    def renamed(self, index: int, match: re.Match[str]) -> set[int]:
+        """Mends the name that is defined on a line; returns the lines that are sound now."""
+        raw, label = match[1], match[2] == ":"
+        name = self.mended_name(raw)
+        changes = tuple(self.replaced(raw, name, label=label))
+        what = "label" if label else "constant"
+        text = f"{shown(raw)} is no name for a {what}: letters, digits and _; did you mean {name}?"
+        self.mistakes.append(Mistake(index + 1, "E103", *match.span(1), text, changes))
+        return {
+            n for n in {number - 1 for number, _ in changes} if self.believe(n, changes, always=n == index)
+        }
+
+    def believe(self, index: int, changes: Sequence[tuple[int, Change]], *, always: bool = True) -> bool:
+        """Takes a line with those of the changes that are its own, if it is sound with them."""
+        done = tuple(change for number, change in changes if number == index + 1)
+        line = moved(parser.parse_line(changed(self.texts[index], done)), done)
+        if always or sound(line):
+            self.lines[index] = line
+        return always or sound(line)
 
     def breaks(self, index: int, match: re.Match[str]) -> bool:
         """Whether a definition has a name that is none, and nothing else is wrong with its line."""
@@ -207,14 +213,7 @@ class _File:
         if above is None or above.comment is None or len(text) > LONGEST:
             return False
         tokens = tokenize(text)
-        names = [token for token in tokens if token.kind == "name"]
-        if (
-            len(names) < 2
-            or tokens[0].kind != "name"
-            or tokens[0].text.upper() in (*BY_MNEMONIC, *FOREIGN_COMMANDS)
-        ):
-            return False
-        if any(token.text in "=:" for token in tokens) or self.lacks_colon(index):
+        if not _is_prose(tokens) or self.lacks_colon(index):
             return False
         start = tokens[0].start
         what = "this reads like the rest of the comment above: // is missing"
@@ -239,55 +238,8 @@ class _File:
             self.take(index, found)
 
 
-def moved(line: parser.Line, changes: Sequence[Change]) -> parser.Line:
-    """A line parsed from a changed text, with the columns of the text before the changes."""
-    ordered = sorted(changes)
-
-    def back(column: int) -> int:
-        """Where what begins at a column began."""
-        shift = 0
-        for start, end, new in ordered:
-            if column < start + shift:
-                break
-            if column < start + shift + len(new):
-                return start
-            shift += len(new) - (end - start)
-        return column - shift
-
-    def last(column: int) -> int:
-        """Where what ends at a column ended."""
-        shift = 0
-        for start, end, new in ordered:
-            if column <= start + shift:
-                break
-            if column <= start + shift + len(new):
-                return end
-            shift += len(new) - (end - start)
-        return column - shift
-
-    def token(old: Token) -> Token:
-        start = back(old.start)
-        return Token(old.kind, old.text, start, max(start, last(old.end)))
-
-    def operand(old: Operand | None) -> Operand | None:
-        if old is None or isinstance(old, Token):
-            return old if old is None else token(old)
-        steps = tuple((kind, token(where), what) for kind, where, what in old.steps)
-        return Expression(back(old.start), last(old.end), steps)
-
-    statement = line.statement
-    match statement:
-        case parser.Command() | parser.Data():
-            operands = tuple(map(operand, statement.operands))
-            start = back(statement.start)
-            statement = statement._replace(
-                start=start, operands=operands, end=max(start, last(statement.end))
-            )
-        case parser.Constant():
-            statement = parser.Constant(token(statement.name), operand(statement.value))
-        case parser.Include():
-            statement = statement._replace(start=back(statement.start), end=last(statement.end))
-        case parser.Directive() | None:
-            pass
-    comment = line.comment if line.comment is None else back(line.comment)
-    return parser.Line(tuple(map(token, line.labels)), statement, comment, line.problems)
+def _is_prose(tokens: Sequence[Token]) -> bool:
+    """Whether a line reads like words of a sentence: several names, the first of which is no command."""
+    if sum(token.kind == "name" for token in tokens) < 2 or any(token.text in "=:" for token in tokens):
+        return False
+    return tokens[0].kind == "name" and tokens[0].text.upper() not in (*BY_MNEMONIC, *FOREIGN_COMMANDS)
