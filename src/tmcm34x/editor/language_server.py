@@ -56,7 +56,7 @@ FOLD_KINDS: Final = {
 LEGEND: Final = types.SemanticTokensLegend(list(TOKEN_TYPES), ["definition"])
 _TYPE_INDEX: Final = {name: index for index, name in enumerate(TOKEN_TYPES)}
 _HINTS: Final[frozenset[HintKind]] = frozenset({"address", "parameter", "value"})
-_PAUSE_S: Final = 0.005
+PAUSE_S: Final = 0.005
 """Changes that come closer together are judged once."""
 _MOST_DIAGNOSTICS: Final = 500
 """Of a file; rubbish pasted into an editor has no use for more."""
@@ -186,7 +186,7 @@ class TmclServer(LanguageServer):
         self._changed.update(names)
         if self._timer is not None:
             self._timer.cancel()
-        self._timer = asyncio.get_running_loop().call_later(_PAUSE_S, self._publish)
+        self._timer = asyncio.get_running_loop().call_later(PAUSE_S, self._publish)
 
     def _publish(self) -> None:
         changed, self._changed = self._changed, set()

@@ -214,8 +214,11 @@ def evaluate(operand: Operand, value_of: Callable[[Token], float]) -> float:
         elif kind == "name":
             stack.append(value_of(token))
         else:
-            operands = [stack.pop()] if kind == "unary" else [stack.pop(-2), stack.pop()]
-            stack.append(_apply(token, what, operands))  # type: ignore[arg-type]
+            count = 1 if kind == "unary" else 2
+            try:
+                stack[-count:] = [what(*stack[-count:])]  # type: ignore[operator]
+            except (ArithmeticError, ValueError) as error:
+                raise _no_value(token, stack[-count:], error) from None
     return stack[0]
 
 
@@ -228,17 +231,12 @@ def names_in(operand: Operand | None) -> Iterator[Token]:
         yield from (token for kind, token, _ in operand.steps if kind == "name")
 
 
-def _apply(token: Token, call: Callable[..., float], operands: list[float]) -> float:
-    try:
-        result = call(*operands)
-    except ZeroDivisionError:
-        raise ExpressionError("E401", token.start, token.end, "division by zero") from None
-    except (ValueError, OverflowError):
-        shown_operands = " and ".join(f"{x:g}" for x in operands)
-        raise ExpressionError(
-            "E401", token.start, token.end, f"{shown(token.text.upper())} has no value for {shown_operands}"
-        ) from None
-    return result
+def _no_value(token: Token, operands: list[float], error: Exception) -> ExpressionError:
+    if isinstance(error, ZeroDivisionError):
+        return ExpressionError("E401", token.start, token.end, "division by zero")
+    listed = " and ".join(f"{x:g}" for x in operands)
+    text = f"{shown(token.text.upper())} has no value for {listed}"
+    return ExpressionError("E401", token.start, token.end, text)
 
 
 _LOOKALIKES: Final = str.maketrans("OolI", "0011")
