@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from tmcm34x.editor.conversion import name_of, uri_of
 from tmcm34x.editor.disk import DiskFiles
-from tmcm34x.editor.language_server import name_of, uri_of
 from tmcm34x.editor.sessions import serve_messages
 
 URI = "file:///project/x.tmc"

@@ -18,43 +18,19 @@ from functools import partial
 from typing import Any, Final, cast
 
 from lsprotocol import types
-from pygls import uris
 from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 
 from tmcm34x import __version__
 from tmcm34x.editor.analysis import actions, appearance, completions, hovers, names, values
-from tmcm34x.editor.analysis.appearance import TOKEN_TYPES
-from tmcm34x.editor.analysis.completions import Completion
 from tmcm34x.editor.analysis.program import Analysis, Place
 from tmcm34x.editor.analysis.values import HintKind
-from tmcm34x.editor.changes import Units, column, replaced, width
+from tmcm34x.editor.changes import Units, column, replaced
+from tmcm34x.editor.conversion import FOLD_KINDS, LEGEND, Converter, markdown, name_of, uri_of
 from tmcm34x.editor.workspace import Files, Workspace
-from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Location
+from tmcm34x.toolchain.diagnostics import Location
 from tmcm34x.toolchain.linter import DEFAULT, RULES
 
-SEVERITIES: Final = {
-    "error": types.DiagnosticSeverity.Error,
-    "warning": types.DiagnosticSeverity.Warning,
-    "information": types.DiagnosticSeverity.Information,
-}
-COMPLETION_KINDS: Final = {
-    "command": types.CompletionItemKind.Keyword,
-    "word": types.CompletionItemKind.EnumMember,
-    "constant": types.CompletionItemKind.Constant,
-    "label": types.CompletionItemKind.Reference,
-    "function": types.CompletionItemKind.Function,
-    "parameter": types.CompletionItemKind.Property,
-    "number": types.CompletionItemKind.Value,
-    "directive": types.CompletionItemKind.Module,
-}
-FOLD_KINDS: Final = {
-    "comment": types.FoldingRangeKind.Comment,
-    "imports": types.FoldingRangeKind.Imports,
-    "region": types.FoldingRangeKind.Region,
-}
-LEGEND: Final = types.SemanticTokensLegend(list(TOKEN_TYPES), ["definition"])
-_TYPE_INDEX: Final = {name: index for index, name in enumerate(TOKEN_TYPES)}
 _HINTS: Final[frozenset[HintKind]] = frozenset({"address", "parameter", "value"})
 PAUSE_S: Final = 0.005
 """Changes that come closer together are judged once."""
@@ -84,7 +60,13 @@ class TmclServer(LanguageServer):
         self.hints: frozenset[HintKind] = _HINTS
         self._changed: set[str] = set()
         self._timer: asyncio.TimerHandle | None = None
-        features: tuple[tuple[str, Callable[[Any], Any], object], ...] = (
+        for name, handler, options in self._features():
+            # pygls marks its handlers, which a bound method does not allow.
+            self.feature(name, options)(partial(handler))
+
+    def _features(self) -> tuple[tuple[str, Callable[[Any], Any], object], ...]:
+        """Methods of the protocol, what answers them, and their options."""
+        return (
             (types.INITIALIZE, self._initialize, None),
             (types.WORKSPACE_DID_CHANGE_CONFIGURATION, self._configure, None),
             (types.WORKSPACE_DID_CHANGE_WATCHED_FILES, self._files_changed, None),
@@ -111,9 +93,6 @@ class TmclServer(LanguageServer):
             (types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE, self._colours, LEGEND),
             (types.TEXT_DOCUMENT_INLAY_HINT, self._inlay_hints, None),
         )  # fmt: skip
-        for name, handler, options in features:
-            # pygls marks its handlers, which a bound method does not allow.
-            self.feature(name, options)(partial(handler))
 
     # Options
 
@@ -194,11 +173,8 @@ class TmclServer(LanguageServer):
         for name in sorted(names & self.programs.texts.keys()):
             analysis = self.programs.analysis(name)
             found = analysis.diagnostics(name)[:_MOST_DIAGNOSTICS]
-            self.text_document_publish_diagnostics(
-                types.PublishDiagnosticsParams(
-                    uri_of(name), [self._diagnostic(analysis, item) for item in found]
-                )
-            )
+            items = list(map(self._to(analysis).diagnostic, found))
+            self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri_of(name), items))
 
     # Questions
 
@@ -207,16 +183,16 @@ class TmclServer(LanguageServer):
         hover = hovers.hover(analysis, place)
         if hover is None:
             return None
-        return types.Hover(_markdown(hover.text), self._range(analysis, hover.location))
+        return types.Hover(markdown(hover.text), self._to(analysis).range(hover.location))
 
     def _complete(self, params: types.CompletionParams) -> types.CompletionList:
         analysis, place = self._place(params)
         word = completions.WORD.search(analysis.text(place.file, place.line)[: place.column])
         start = word.start() if word is not None else place.column
-        written = self._range(analysis, Location(place.file, place.line + 1, start + 1, place.column + 1))
-        items = [
-            _completion(item, n, written) for n, item in enumerate(completions.completions(analysis, place))
-        ]
+        to = self._to(analysis)
+        written = to.range(Location(place.file, place.line + 1, start + 1, place.column + 1))
+        found = completions.completions(analysis, place)
+        items = [to.completion(item, n, written) for n, item in enumerate(found)]
         return types.CompletionList(is_incomplete=False, items=items)
 
     def _signature(self, params: types.SignatureHelpParams) -> types.SignatureHelp | None:
@@ -234,23 +210,23 @@ class TmclServer(LanguageServer):
     def _definition(self, params: types.DefinitionParams) -> types.Location | None:
         analysis, place = self._place(params)
         location = names.definition(analysis, place)
-        return self._location(analysis, location) if location is not None else None
+        return self._to(analysis).location(location) if location is not None else None
 
     def _references(self, params: types.ReferenceParams) -> list[types.Location]:
         analysis, place = self._place(params)
         found = names.references(analysis, place, definition=params.context.include_declaration)
-        return [self._location(analysis, location) for location in found]
+        return [self._to(analysis).location(location) for location in found]
 
     def _highlights(self, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
         analysis, place = self._place(params)
         found = names.references(analysis, place)
         here = (location for location in found if location.file == place.file)
-        return [types.DocumentHighlight(self._range(analysis, location)) for location in here]
+        return [types.DocumentHighlight(self._to(analysis).range(location)) for location in here]
 
     def _prepare_rename(self, params: types.PrepareRenameParams) -> types.Range | None:
         analysis, place = self._place(params)
         found = analysis.symbol_at(place)
-        return self._range(analysis, found[1]) if found is not None else None
+        return self._to(analysis).range(found[1]) if found is not None else None
 
     def _rename(self, params: types.RenameParams) -> types.WorkspaceEdit:
         analysis, place = self._place(params)
@@ -258,27 +234,11 @@ class TmclServer(LanguageServer):
             edits = names.rename(analysis, place, params.new_name)
         except ValueError as error:
             raise JsonRpcInvalidParams(str(error)) from error
-        return self._workspace_edit(analysis, edits)
+        return self._to(analysis).workspace_edit(edits)
 
     def _symbols(self, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
         analysis, name = self._document(params)
-        symbols: list[types.DocumentSymbol] = []
-        for entry in names.outline(analysis, name):
-            symbol, place = entry.symbol, entry.symbol.definition
-            end = len(analysis.text(name, entry.last_line - 1))
-            whole = types.Range(
-                self._position(analysis, name, place.line - 1, place.column - 1),
-                self._position(analysis, name, entry.last_line - 1, end),
-            )
-            if symbol.kind == "constant":
-                kind, detail = types.SymbolKind.Constant, f"= {symbol.value:.15g}"
-            else:
-                kind = types.SymbolKind.Function if entry.is_subroutine else types.SymbolKind.Key
-                detail = f"address {symbol.value:g}"
-            symbols.append(
-                types.DocumentSymbol(symbol.name, kind, whole, self._range(analysis, place), detail)
-            )
-        return symbols
+        return list(map(self._to(analysis).symbol, names.outline(analysis, name)))
 
     def _folds(self, params: types.FoldingRangeParams) -> list[types.FoldingRange]:
         analysis, name = self._document(params)
@@ -289,7 +249,7 @@ class TmclServer(LanguageServer):
 
     def _format(self, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
         analysis, name = self._document(params)
-        return [self._edit(analysis, edit) for edit in actions.format_edits(analysis, name)]
+        return list(map(self._to(analysis).edit, actions.format_edits(analysis, name)))
 
     def _actions(self, params: types.CodeActionParams) -> list[types.CodeAction]:
         only = params.context.only
@@ -297,16 +257,7 @@ class TmclServer(LanguageServer):
             return []
         analysis, name = self._document(params)
         found = actions.actions(analysis, name, params.range.start.line, params.range.end.line)
-        return [
-            types.CodeAction(
-                action.title,
-                kind=types.CodeActionKind.QuickFix,
-                diagnostics=[self._diagnostic(analysis, action.diagnostic)],
-                is_preferred=action.preferred,
-                edit=self._workspace_edit(analysis, action.edits),
-            )
-            for action in found
-        ]
+        return list(map(self._to(analysis).action, found))
 
     def _colours(
         self, params: types.SemanticTokensParams | types.SemanticTokensRangeParams
@@ -315,36 +266,13 @@ class TmclServer(LanguageServer):
         lines = (0, 2**31)
         if isinstance(params, types.SemanticTokensRangeParams):
             lines = (params.range.start.line, params.range.end.line)
-        data: list[int] = []
-        last_line = last_start = 0
-        for word in appearance.colours(analysis, name, *lines):
-            text = analysis.text(name, word.line)
-            start = self._units(text, word.start)
-            length = self._units(text, word.start + word.length) - start
-            if word.line != last_line:
-                last_start = 0
-            data += (
-                word.line - last_line,
-                start - last_start,
-                length,
-                _TYPE_INDEX[word.type],
-                int(word.definition),
-            )
-            last_line, last_start = word.line, start
-        return types.SemanticTokens(data)
+        return self._to(analysis).colours(name, appearance.colours(analysis, name, *lines))
 
     def _inlay_hints(self, params: types.InlayHintParams) -> list[types.InlayHint]:
         analysis, name = self._document(params)
-        hints: list[types.InlayHint] = []
-        for hint in values.hints(analysis, name, params.range.start.line, params.range.end.line):
-            if hint.kind in self.hints:
-                at = self._position(analysis, name, hint.line, hint.column)
-                address = hint.kind == "address"
-                kind = types.InlayHintKind.Type if hint.kind == "value" else types.InlayHintKind.Parameter
-                hints.append(
-                    types.InlayHint(at, hint.text, kind, padding_left=not address, padding_right=address)
-                )
-        return hints
+        found = values.hints(analysis, name, params.range.start.line, params.range.end.line)
+        to = self._to(analysis)
+        return [to.hint(name, hint) for hint in found if hint.kind in self.hints]
 
     # From and to the client's units
 
@@ -366,64 +294,8 @@ class TmclServer(LanguageServer):
         encoding = self.workspace.position_encoding
         return cast("Units", getattr(encoding, "value", encoding) or "utf-16")
 
-    def _units(self, text: str, column: int) -> int:
-        """The characters before `column` in the client's units."""
-        return column if text.isascii() else width(text[:column], self._encoding)
-
-    def _position(self, analysis: Analysis, name: str, line: int, column: int) -> types.Position:
-        return types.Position(line, self._units(analysis.text(name, line), column))
-
-    def _range(self, analysis: Analysis, location: Location) -> types.Range:
-        name, line = location.file, location.line - 1
-        return types.Range(
-            self._position(analysis, name, line, location.column - 1),
-            self._position(analysis, name, line, location.end - 1),
-        )
-
-    def _location(self, analysis: Analysis, location: Location) -> types.Location:
-        return types.Location(uri_of(location.file), self._range(analysis, location))
-
-    def _edit(self, analysis: Analysis, edit: Edit) -> types.TextEdit:
-        return types.TextEdit(self._range(analysis, edit.location), edit.text)
-
-    def _workspace_edit(self, analysis: Analysis, edits: Iterable[Edit]) -> types.WorkspaceEdit:
-        changes: dict[str, list[types.TextEdit]] = {}
-        for edit in edits:
-            changes.setdefault(uri_of(edit.location.file), []).append(self._edit(analysis, edit))
-        return types.WorkspaceEdit(cast("dict[str, Sequence[types.TextEdit]]", changes))
-
-    def _diagnostic(self, analysis: Analysis, item: Diagnostic) -> types.Diagnostic:
-        tags = [types.DiagnosticTag.Unnecessary] if item.code in ("W101", "W401") else None
-        return types.Diagnostic(
-            self._range(analysis, item.location), item.text, SEVERITIES[item.severity], item.code,
-            source="tmcl", tags=tags,
-        )  # fmt: skip
-
-
-def name_of(uri: str) -> str:
-    """The name by which the tool chain knows a document: the path of a file, else the URI itself."""
-    return (uris.to_fs_path(uri) or uri) if uri.startswith("file:") else uri
-
-
-def uri_of(name: str) -> str:
-    """The URI of a document that `name_of` named."""
-    return (uris.from_fs_path(name) or name) if name.startswith("/") else name
-
-
-def _markdown(text: str) -> types.MarkupContent:
-    return types.MarkupContent(types.MarkupKind.Markdown, text)
-
-
-def _completion(item: Completion, number: int, place: types.Range) -> types.CompletionItem:
-    return types.CompletionItem(
-        item.label,
-        kind=COMPLETION_KINDS[item.kind],
-        detail=item.detail or None,
-        documentation=_markdown(item.documentation) if item.documentation else None,
-        sort_text=f"{number:04}",
-        filter_text=item.filter or None,
-        text_edit=types.TextEdit(place, item.insert),
-    )
+    def _to(self, analysis: Analysis) -> Converter:
+        return Converter(analysis, self._encoding)
 
 
 def _codes(value: object) -> list[str]:

@@ -9,6 +9,7 @@
 Pure: no files, no clock; included files come through a function of the caller's.  Nothing that a user writes
 raises an exception.
 
-Read in this order: `diagnostics`, `tokens`, `expressions`, `parser`, `assembler`; then `image`, `disassembler`,
-`formatter`, `listing`; `flow` and `linter`; `analysis` and `workspace` for editors, `reference` for the manual.
+Read in this order: `diagnostics`, `tokens`, `expressions`, `parser`; `assembler` with `first_pass`, `second_pass`,
+`names` and `messages`, and what they make, `assembly`; `mending` and `structure`; then `image`, `disassembler`,
+`formatter`, `listing`; `flow`, `linter` and `map`; `reference` and `explanations` for the manual.
 """
