@@ -96,3 +96,56 @@ def test_a_reader_that_has_enough_ends_a_command_quietly(tmp_path, words, line):
     os.close(writer)
     assert result.returncode == 1, result.stderr
     assert "Traceback" not in result.stderr and "Broken" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "broken"),
+    [
+        (words, broken)
+        for words, writes in (
+            (("run", "FILE", "--trace", "--until", "1"), {"stdout", "stderr"}),
+            (("run", "FILE", "--csv", "/dev/stdout", "--until", "1"), {"stdout"}),
+            (("settings", "dump", "--port", "virtual:343"), {"stdout"}),
+            (("status", "--port", "virtual:343"), {"stdout", "stderr"}),
+            (("why", "--json", "--port", "virtual:343"), {"stdout"}),
+            (("monitor", "--csv", "--port", "virtual:343"), {"stdout"}),
+            (("serve", "--tcp", "0"), {"stdout"}),
+        )
+        for broken in (("stdout",), ("stderr",), ("stdout", "stderr"))
+        if writes & set(broken)
+    ],
+)
+def test_an_output_without_a_reader_ends_a_command_quietly(program, words, broken):
+    reader, writer = os.pipe()
+    os.close(reader)
+    streams = {name: writer if name in broken else subprocess.PIPE for name in ("stdout", "stderr")}
+    result = subprocess.run(
+        [COMMAND, *(str(program) if word == "FILE" else word for word in words)],
+        stdin=subprocess.DEVNULL, check=False, timeout=60, **streams,
+    )  # fmt: skip
+    os.close(writer)
+    assert result.returncode == 1
+    assert b"Traceback" not in (result.stderr or b"") and b"Broken" not in (result.stderr or b"")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a device of Linux")  # noqa: PTH110
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--version",),
+        ("units",),
+        ("run", "FILE", "--until", "1"),
+        ("run", "FILE", "--until", "1", "--csv", "/dev/stdout"),
+        ("settings", "dump", "--port", "virtual:343"),
+        ("monitor", "--csv", "--port", "virtual:343"),
+        ("serve", "--tcp", "0"),
+    ],
+)
+def test_an_output_on_a_full_disk_is_one_line(program, words):
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        result = subprocess.run(
+            [COMMAND, *(str(program) if word == "FILE" else word for word in words)],
+            stdin=subprocess.DEVNULL, stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=60,
+        )  # fmt: skip
+    *_, last = result.stderr.splitlines()
+    assert (result.returncode, last.partition(": ")[2]) == (2, "standard output: No space left on device")

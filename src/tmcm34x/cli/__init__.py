@@ -8,11 +8,12 @@ error.
 
 from __future__ import annotations
 
+import errno
 import math
 import os
 import sys
 from importlib import import_module
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, TextIO
 
 import click
 
@@ -146,15 +147,52 @@ def run(arguments: list[str]) -> int:
     """Do what the arguments say; returns the exit status."""
     try:
         status = group.main(arguments, prog_name="tmcm34x", standalone_mode=False)
+        _flush()
     except click.ClickException as error:
         return _complain(error)
     except (click.Abort, KeyboardInterrupt):
         return STATUS
-    except BrokenPipeError:
-        # Whoever read our output has enough; Python must not find that out again at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+    except OSError as error:
+        if not _output_failed(error):
+            raise
+        return _say_failure(error)
     return status if isinstance(status, int) else 0
+
+
+def _flush() -> None:
+    """What cannot be written is to be found out here, not by Python at exit."""
+    if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
+        sys.stdout.flush()
+
+
+def _output_failed(error: OSError) -> bool:
+    """Whether it is standard output or standard error that could not be written; that one is then given up."""
+    failed = [stream for stream in (sys.stdout, sys.stderr) if not _takes(stream, error)]
+    for stream in failed:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    return bool(failed)
+
+
+def _takes(stream: TextIO, error: OSError) -> bool:
+    """Whether a stream takes more; a file on a full disk forgets its failure, and is tried with one more byte."""
+    try:
+        stream.flush()
+        if error.errno in _FULL and stream is sys.stdout:
+            os.write(stream.fileno(), b"\n")
+    except OSError:
+        return False
+    return True
+
+
+_FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
+
+
+def _say_failure(error: OSError) -> int:
+    """Whoever reads the output may have enough of it: then there is nothing to say."""
+    if isinstance(error, BrokenPipeError):
+        return 1
+    click.echo(f"tmcm34x: standard output: {error.strerror}", err=True)
+    return CliError.exit_code
 
 
 def _complain(error: click.ClickException) -> int:

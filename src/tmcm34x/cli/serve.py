@@ -370,7 +370,8 @@ async def _serve(server: Server, links: list[Link], can_links: list[CanLink], op
     except RecordingError as error:
         raise CliError(str(error)) from error
     except OSError as error:
-        raise CliError(f"telegram log: {error.strerror}") from error
+        output = "telegram log" if options["log_telegrams"] else "standard output"
+        raise CliError(f"{output}: {error.strerror}") from error
     finally:
         if options["ready_file"] is not None:
             options["ready_file"].unlink(missing_ok=True)
