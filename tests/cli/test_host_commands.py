@@ -412,6 +412,35 @@ def test_units_need_no_module():
     assert "NO: the move overshoots" in tmcm34x("units", "--ramp-divisor", 13, "--acceleration", 1).output
 
 
+@pytest.mark.parametrize(
+    ("words", "setting", "milliamperes"),
+    [
+        ((), 128, 1100 * 128 / 255),
+        (("--current", 255), 255, 1100),
+        (("--current-ma", 500), 116, 1100 * 116 / 255),
+        (("--model", 341), 128, None),
+        (("--model", 341, "--largest-ma", 4000, "--current-ma", 1000), 64, 4000 * 64 / 255),
+    ],
+)
+def test_units_of_currents_follow_the_model(words, setting, milliamperes):
+    rows = json.loads(tmcm34x("units", "--json", *words).output)
+    assert (rows["max_current"], rows["current"]) == (setting, milliamperes and pytest.approx(milliamperes))
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("--current-ma", 1200), "1200 mA are more than the 1100 mA of setting 255"),
+        (("--model", 342, "--current-ma", 100), "not known; give --largest-ma"),
+        (("--current", 256), "is not in the range 0<=x<=255"),
+    ],
+)
+def test_currents_that_no_setting_makes_are_refused(words, text):
+    result = tmcm34x("units", *words)
+    assert result.exit_code == 2
+    assert text in result.output
+
+
 def test_the_console_sends_explains_and_ends():
     lines = (
         "GAP max_speed, 0", "help max_speed", "help MVP", "GAP nonsense, 0", "hex on", "GAP ramp_mode, 0", "units 0",
