@@ -17,6 +17,7 @@ from tmcm34x.cli.host.common import (
     host_errors,
     json_option,
     opened,
+    other_model_option,
     port_option,
     print_json,
     progress,
@@ -46,11 +47,6 @@ keep_address_option = click.option(
     "--keep-address",
     is_flag=True,
     help="Leave address, bit rate and the other communication settings of the module as they are.",
-)
-other_model_option = click.option(
-    "--other-model",
-    is_flag=True,
-    help="Take a backup of another model; what this one does not have is left out.",
 )
 
 

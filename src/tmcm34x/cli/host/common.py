@@ -31,6 +31,11 @@ port_option = click.option(
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for scripts.")
 yes_option = click.option("--yes", is_flag=True, help="Do not ask before motors move or memory is written.")
+other_model_option = click.option(
+    "--other-model",
+    is_flag=True,
+    help="Take a file of another model; what this one does not have is left out.",
+)
 FILE: Final = click.Path(dir_okay=False, path_type=Path)
 
 

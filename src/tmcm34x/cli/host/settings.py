@@ -14,6 +14,7 @@ from tmcm34x.cli.host.common import (
     confirm,
     json_option,
     opened,
+    other_model_option,
     port_option,
     print_json,
     progress,
@@ -28,12 +29,6 @@ if TYPE_CHECKING:
 
     from tmcm34x.host.connection import Connection
     from tmcm34x.host.settings import Failure, Settings
-
-other_model_option = click.option(
-    "--other-model",
-    is_flag=True,
-    help="Take a file of another model; what this one does not have is skipped.",
-)
 
 
 @click.group()
