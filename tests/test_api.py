@@ -12,7 +12,8 @@ import tmcm34x
 ROOT = Path(__file__).parent.parent
 NAMES = """
     BenchError HZ HostError Instruction Module Reply Rig Run VirtualModule __version__ assemble clocks connect
-    disassemble format_instruction load_bench parse_instruction run_program run_until seconds simple_rig sweep
+    disassemble format_instruction load_bench parse_instruction register_url run_program run_until seconds simple_rig
+    sweep
 """
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
@@ -40,6 +41,21 @@ def blocks(name, language):
 @pytest.mark.parametrize("example", [*blocks("docs/api.md", "python"), *blocks("docs/sweeps.md", "python")])
 def test_examples_of_the_interface_run(example):
     exec(compile(example, "example", "exec"), {"__name__": "example"})
+
+
+def test_pyserial_opens_the_url_once_it_is_registered():
+    code = """
+import serial, sys, tmcm34x
+try:
+    serial.serial_for_url("tmcm34x://343")
+except ValueError:
+    tmcm34x.register_url()
+with serial.serial_for_url("tmcm34x://343", timeout=1) as port:
+    port.write(bytes((1, 136, 1, 0, 0, 0, 0, 0, 138)))
+    print(port.read(9).hex())
+"""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.startswith("020164880157042")
 
 
 def test_run_program_tells_what_was_refused(tmp_path):

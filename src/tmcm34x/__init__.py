@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tmcm34x.clock import HZ, clocks, run_until, seconds
     from tmcm34x.host.exceptions import HostError
     from tmcm34x.host.module import Module, connect
+    from tmcm34x.testing import register_url
     from tmcm34x.testing.programs import run_program
     from tmcm34x.testing.virtual import VirtualModule
     from tmcm34x.tmcl.datagram import Instruction, Reply
@@ -51,6 +52,7 @@ __all__ = [
     "format_instruction",
     "load_bench",
     "parse_instruction",
+    "register_url",
     "run_program",
     "run_until",
     "seconds",
@@ -75,6 +77,7 @@ _HOMES = {
     "format_instruction": "tmcl.mnemonic",
     "load_bench": "bench.builder:load",
     "parse_instruction": "tmcl.mnemonic",
+    "register_url": "testing",
     "run_program": "testing.programs",
     "run_until": "clock",
     "seconds": "clock",
