@@ -20,6 +20,11 @@ class MemoryClient:
         if self.connected:
             self._peer.receive(data)
 
+    @property
+    def waiting(self) -> int:
+        """Bytes that `read` would take."""
+        return len(self._received)
+
     def read(self, size: int | None = None) -> bytes:
         """Up to `size` bytes that the module has sent, all of them by default."""
         end = len(self._received) if size is None else size

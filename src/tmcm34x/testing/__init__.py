@@ -13,7 +13,6 @@ The pytest plugin (`tmcm34x.pytest_plugin`) makes fixtures of them; docs/testing
 `base`      what virtual and real modules share
 `background`  an event loop on a thread of its own
 `lines`     links in virtual time: time moves on by the bytes on the line and while the host waits
-`host_line` the host library's line to a virtual module
 `virtual`   a virtual module, or a whole bench
 `real`      a real module
 `report`    what a failed test shows

@@ -232,11 +232,11 @@ class VirtualModule(ModuleUnderTest):
 
     def connect(self) -> HostModule:
         """The module through this project's host library, on a line inside this process."""
+        from tmcm34x.bench.in_process import InProcessLine
         from tmcm34x.host import Connection
         from tmcm34x.host.module import Module as HostModule
-        from tmcm34x.testing.host_line import HostLine
 
-        return HostModule(Connection(HostLine(self)))
+        return HostModule(Connection(InProcessLine(self, self.name)))
 
     # Time
 
