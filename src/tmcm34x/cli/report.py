@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from tmcm34x.bench.counters import Counters
 from tmcm34x.bench.run import ENDINGS, TURNING, MotorAt, Run
 from tmcm34x.chips.tmc423 import Tmc423
 from tmcm34x.clock import NEVER, seconds
@@ -48,6 +49,7 @@ class Report:
         self._figures = figures
         self._file = file
         self._assembly = assembly
+        self._counters = Counters(run.rig)
 
     # For programs
 
@@ -69,6 +71,7 @@ class Report:
             "error": refusals[0] if refusals else None,
             "refusals": refusals,
             "absent": list(self._absent()),
+            "counters": self._counters.figures(),
         }
 
     def _refusal(self, error: ProgramError, count: int) -> dict[str, Any]:
@@ -109,6 +112,7 @@ class Report:
             for error, count in run.refusals.items()
         ]
         rows += [("absent", text) for text in self._absent()]
+        rows += [("counted", text) for text in self._counted()]
         return "\n".join(f"{name:<11} {text}" for name, text in rows)
 
     def _ending(self) -> str:
@@ -137,6 +141,13 @@ class Report:
             if count
         ]
         return "; ".join([f"{self._module.board.outputs:08b}", *switched])
+
+    def _counted(self) -> list[str]:
+        counted = self._counters.modules
+        prefix = "module {}: " if len(counted) > 1 else ""
+        return [
+            prefix.format(number) + note for number, module in enumerate(counted) for note in module.notes()
+        ]
 
     def _absent(self) -> Iterator[str]:
         """Parameters of the program that need hardware which the bench does not have."""

@@ -17,6 +17,7 @@ import click
 
 from tmcm34x import clock
 from tmcm34x.bench import BenchError, Rig, simple_rig
+from tmcm34x.bench.counters import Counters
 from tmcm34x.capture.record import RecordingError
 from tmcm34x.cli import CliError, FiniteRange, link_options, parameter_options, user_functions
 from tmcm34x.cli.memory import keep, open_eeprom
@@ -25,7 +26,6 @@ from tmcm34x.firmware.storage import Eeprom, EepromError
 from tmcm34x.links import CanLink, Link, LinkError, Moving, Reporting
 from tmcm34x.server import Server, Store, TelegramLog
 from tmcm34x.server.control import Control
-from tmcm34x.server.counters import Counters
 from tmcm34x.server.output import Output
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import BAUD_RATES

@@ -66,6 +66,8 @@ def halt(core: ModuleState, axis: Axis) -> None:
 
 def move_to(core: ModuleState, axis: Axis, position: int) -> None:
     """Go to `position` with the limits of parameters 4 and 5."""
+    if not axis.values[AP.MAX_SPEED] and position != axis.read(X_ACTUAL):
+        core.tell("no_speed", axis.motor)
     axis.write(X_TARGET, position)
     enter_ramp_mode(core, axis, RAMP)
 

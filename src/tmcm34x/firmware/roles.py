@@ -81,7 +81,8 @@ class Observer(Protocol):
     def event(self, kind: str, motor: int, now: int) -> None:
         """Something happened to a motor, or (-1) to the module.
 
-        kind: "stall", "deviation", "shutdown", "heartbeat", "reference" (search done), "power"
+        kind: "stall", "deviation", "shutdown", "heartbeat", "reference" (search done), "power"; "no_speed" for a move
+            with axis parameter 4 at 0, "no_positioning" for a target position in velocity mode: both move nothing
         """
         ...
 

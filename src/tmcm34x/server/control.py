@@ -26,7 +26,7 @@ from tmcm34x.links.faults import FaultError, parse
 from tmcm34x.links.faulty import Faults
 
 if TYPE_CHECKING:
-    from tmcm34x.server.counters import Counters
+    from tmcm34x.bench.counters import Counters
     from tmcm34x.server.server import Server
 
 LONGEST_LINE: Final = 1 << 20

@@ -106,6 +106,8 @@ def write_ram(core: ModuleState, axis: Axis, number: int, value: int) -> Status:
 def _write_chip(core: ModuleState, axis: Axis, number: int, value: int) -> Status:
     axis.write(_CHIP_FIELDS[number], value)
     currents.started(core, axis)
+    if core.observers and number == AP.TARGET_POSITION and axis.read(_CHIP_FIELDS[AP.RAMP_MODE]) == VELOCITY:
+        core.tell("no_positioning", axis.motor)
     return OK
 
 
