@@ -11,8 +11,9 @@ import tmcm34x
 
 ROOT = Path(__file__).parent.parent
 NAMES = """
-    BenchError HZ HostError Instruction Module Reply Rig Run VirtualModule __version__ assemble clocks connect
-    disassemble format_instruction load_bench parse_instruction register_url run_program run_until seconds simple_rig
+    BenchError HZ History HistoryError HostError Instruction Module Reply Rig Run VirtualModule __version__ assemble
+    clocks connect disassemble format_instruction load_bench parse_instruction register_url run_program run_until
+    seconds simple_rig
     sweep
 """
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)

@@ -22,9 +22,11 @@ if TYPE_CHECKING:
     from tmcm34x.bench.rig import BenchError, Rig, simple_rig
     from tmcm34x.bench.run import Run
     from tmcm34x.clock import HZ, clocks, run_until, seconds
+    from tmcm34x.debug.branches import HistoryError
     from tmcm34x.host.exceptions import HostError
     from tmcm34x.host.module import Module, connect
     from tmcm34x.testing import register_url
+    from tmcm34x.testing.history import History
     from tmcm34x.testing.programs import run_program
     from tmcm34x.testing.virtual import VirtualModule
     from tmcm34x.tmcl.datagram import Instruction, Reply
@@ -37,6 +39,8 @@ __version__ = "0.1.0"
 __all__ = [
     "HZ",
     "BenchError",
+    "History",
+    "HistoryError",
     "HostError",
     "Instruction",
     "Module",
@@ -63,6 +67,8 @@ __all__ = [
 _HOMES = {
     "HZ": "clock",
     "BenchError": "bench.rig",
+    "History": "testing.history",
+    "HistoryError": "debug.branches",
     "HostError": "host.exceptions",
     "Instruction": "tmcl.datagram",
     "Module": "host.module",

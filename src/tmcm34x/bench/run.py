@@ -69,15 +69,24 @@ class MotorAt(NamedTuple):
     motor: int
 
 
+def _never() -> int:
+    return NEVER
+
+
 class Run:
     """The program of a rig's first module, started at address 0 by `start`.
 
     part: the rig, or the rig with recorders around it
     condition: ends the run when it is true; it is asked after each command of the program and each other event
+    looks: the next clock at which the condition is asked besides
     """
 
     def __init__(
-        self, rig: Rig, part: Timed | None = None, condition: Callable[[], bool] | None = None
+        self,
+        rig: Rig,
+        part: Timed | None = None,
+        condition: Callable[[], bool] | None = None,
+        looks: Callable[[], int] = _never,
     ) -> None:
         self.rig = rig
         self.module = rig.modules[0]
@@ -87,6 +96,7 @@ class Run:
         """Commands that were refused, or where the program ran past its end, and how often; in order of the first."""
         self._part: Timed = rig if part is None else part
         self._condition = condition
+        self._looks = looks
         self._holds = False
         self._earlier: ProgramError | None = None
 
@@ -125,7 +135,7 @@ class Run:
         limit = NEVER if until is None else until
         ending = BREAK if self._condition is not None and self._condition() else self._over(until is None)
         while not ending:
-            when = min(self.rig.next_event(), limit)
+            when = min(self.rig.next_event(), self._looks(), limit)
             if when >= NEVER:
                 ending = TURNING if self.turning() else IDLE
                 break

@@ -6,7 +6,6 @@ import contextlib
 import json
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -14,7 +13,15 @@ import click
 
 from tmcm34x.bench import BenchError, Rig, load, simple_rig
 from tmcm34x.bench.run import INTERRUPTED, Run
-from tmcm34x.cli import CliError, FiniteRange, coverage, parameter_options, state, user_functions
+from tmcm34x.cli import (
+    CliError,
+    FiniteRange,
+    coverage,
+    parameter_options,
+    session_file,
+    state,
+    user_functions,
+)
 from tmcm34x.cli.progress import Progress
 from tmcm34x.cli.recording import Recording
 from tmcm34x.cli.report import Report
@@ -36,6 +43,7 @@ from tmcm34x.trace.recorder import Trace
 
 if TYPE_CHECKING:
     from tmcm34x.bench.session.watch import Watch
+    from tmcm34x.debug.conditions import Look
     from tmcm34x.tmcl.datagram import Instruction
     from tmcm34x.toolchain.assembler import Assembly
 
@@ -136,6 +144,12 @@ Examples:
 )
 @click.option("--save-state", type=_OUT, metavar="OUT", help="Write the state of the bench at the end.")
 @click.option(
+    "--save-session",
+    type=_OUT,
+    metavar="OUT",
+    help="Write a session that reaches the moment of the end, for tmcm34x play.",
+)
+@click.option(
     "--from-state",
     type=_IN,
     metavar="FILE",
@@ -163,6 +177,7 @@ def command(**options: Any) -> int:
     ran past its end, 4 when an expectation of the bench file failed, 130 when interrupted.
     """
     file = Path(options["file"])
+    session_file.check(options)
     rig = _make_rig(options)
     program, assembly = _read_program(file, options, rig.modules[0].board.model.number)
     if program is None:
@@ -176,7 +191,9 @@ def command(**options: Any) -> int:
     with contextlib.ExitStack() as files:
         recording = Recording(rig, options, files, file.name)
         watch = _watch(rig, recording)
-        run = Run(rig, Trace(rig, recording.recorders), _condition(options["condition"], rig))
+        look = _condition(options["condition"], rig)
+        trace = Trace(rig, recording.recorders)
+        run = Run(rig, trace) if look is None else Run(rig, trace, look.holds, look.next_event)
         report = Report(run, recording.figures, file, assembly)
         _go(run, report, recording, options)
         recording.finish()
@@ -184,6 +201,8 @@ def command(**options: Any) -> int:
     run.module.program.count(None)
     if options["save_state"]:
         state.write(options["save_state"], rig)
+    if options["save_session"]:
+        session_file.write(options, rig, program)
     if counts is not None and assembly is not None:
         if options["coverage_file"]:
             coverage.write(options["coverage_file"], assembly, counts, earlier)
@@ -234,27 +253,19 @@ def _note(run: Run, report: Report) -> str:
     ])  # fmt: skip
 
 
-def _condition(text: str | None, rig: Rig) -> Callable[[], bool] | None:
+def _condition(text: str | None, rig: Rig) -> Look | None:
     """The condition of --break; a mistake in it is a usage error."""
     if text is None:
         return None
-    from tmcm34x.debug.expressions import ExpressionError, compile_expression
-    from tmcm34x.debug.view import View
+    from tmcm34x.debug.conditions import Condition
+    from tmcm34x.debug.expressions import ExpressionError
 
-    view = View.of(rig.modules[0], rig.worlds[0])
     try:
-        expression = compile_expression(text)
-        expression(view.read)
+        condition = Condition(text)
+        condition.check(rig)
     except ExpressionError as error:
         raise CliError(f"--break {text}: {error}") from None
-
-    def holds() -> bool:
-        try:
-            return bool(expression(view.read))
-        except ExpressionError:
-            return False
-
-    return holds
+    return condition.on(rig)
 
 
 def _watch(rig: Rig, recording: Recording) -> Watch | None:

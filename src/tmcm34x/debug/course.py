@@ -147,6 +147,13 @@ def _do_assignment(course: Course, index: int, target: str, value: int) -> None:
     View.of(course.rig.modules[index], course.rig.worlds[index]).assign(target, str(value))
 
 
+def _do_program(course: Course, index: int, program: tuple[tuple[int, ...], ...], run: bool) -> None:
+    module = course.rig.modules[index]
+    module.eeprom.write_program([Instruction(*fields) for fields in program])
+    if run:
+        module.program.run(0)
+
+
 def _do_control(course: Course, index: int, what: str) -> None:
     CONTROLS[what](course.rig.modules[index].program)
 
@@ -192,6 +199,7 @@ CONTROLS: Final[Mapping[str, Callable[[Program], object]]] = {
 """What a debugger does to a program besides holding it."""
 INPUTS: Final[Mapping[str, Callable[..., None]]] = {
     "action": _do_action, "command": _do_command, "assignment": _do_assignment, "control": _do_control,
+    "program": _do_program,
     HELD: _do_hold, REFUSED: _do_hold, "plugged": _do_plug, "unplugged": _do_unplug, "received": _do_receive,
     "lines": change_lines,
 }  # fmt: skip

@@ -96,6 +96,11 @@ class History:
         """Memory of all snapshots and inputs [bytes]."""
         return self._size
 
+    @property
+    def has_lines(self) -> bool:
+        """Whether lines are plugged in, with hosts at their other ends."""
+        return bool(self._course.lines)
+
     def _measure(self) -> None:
         """Add up everything anew: branches share what they have of a common past."""
         snapshots = {id(s): s.size for branch in self.branches for s in branch.snapshots}

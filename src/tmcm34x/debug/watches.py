@@ -22,7 +22,7 @@ from tmcm34x.debug.expressions import Comparison, Expression, ExpressionError, c
 if TYPE_CHECKING:
     from tmcm34x.debug.view import View
 
-_PASSES: Final = re.compile(r"(?P<value>.+?)\s+passes\s+(?P<limit>.+)\Z", re.DOTALL)
+PASSES: Final = re.compile(r"(?P<value>.+?)\s+passes\s+(?P<limit>.+)\Z", re.DOTALL)
 
 
 @dataclass(slots=True)
@@ -50,7 +50,7 @@ class Watch:
     def make(cls, number: int, text: str, condition: str = "", hits: str = "") -> Watch:
         """A data breakpoint from what was typed; raises `ExpressionError`."""
         text = text.strip()
-        match = _PASSES.match(text)
+        match = PASSES.match(text)
         watched = match["value"] if match else text
         limit = compile_expression(match["limit"]) if match else None
         compare = f"{watched} > ({match['limit']})" if match else watched

@@ -15,6 +15,7 @@ The pytest plugin (`tmcm34x.pytest_plugin`) makes fixtures of them; docs/testing
 `lines`     links in virtual time: time moves on by the bytes on the line and while the host waits
 `virtual`   a virtual module, or a whole bench
 `real`      a real module
+`history` the past of a bench: conditions, going back, the last write
 `report`    what a failed test shows
 `protocol_tmcm34x`  the URL `tmcm34x://343` of pyserial
 """
@@ -26,11 +27,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tmcm34x.testing.base import ModuleUnderTest, NotOnRealModuleError, TooLateError
+    from tmcm34x.testing.history import History
     from tmcm34x.testing.motor import Motor
     from tmcm34x.testing.real import RealModule
     from tmcm34x.testing.virtual import VirtualModule
 
 __all__ = [
+    "History",
     "ModuleUnderTest",
     "Motor",
     "NotOnRealModuleError",
@@ -41,6 +44,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "History": "history",
     "ModuleUnderTest": "base",
     "Motor": "motor",
     "NotOnRealModuleError": "base",

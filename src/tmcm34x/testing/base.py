@@ -14,6 +14,7 @@ from tmcm34x.tmcl.mnemonic import parse_instruction
 if TYPE_CHECKING:
     from tmcm34x.bench.session.world import Unit
     from tmcm34x.bench.world import AxisView
+    from tmcm34x.testing.history import History
 
 PATIENCE_S = 60.0
 """Default time-out of `until`, in the module's time."""
@@ -179,6 +180,11 @@ class ModuleUnderTest(ABC):
     @abstractmethod
     def clear_faults(self) -> None:
         """End all faults of the line."""
+
+    @property
+    @abstractmethod
+    def history(self) -> History:
+        """The past from when this is first asked for: run on to a condition, go back, ask what wrote a value."""
 
     @abstractmethod
     def snapshot(self) -> bytes:

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
-from tmcm34x.clock import HZ, MS, NEVER, clocks
+from tmcm34x.clock import HZ, MS, NEVER, Timed, clocks, run_until
 from tmcm34x.links import BusPeer, CanLink, Connect, ConnectBus, Link, Peer, Plug, Send, SendFrame
 from tmcm34x.tmcl.global_parameters import BAUD_RATES, CAN_BIT_RATES
 from tmcm34x.tmcl.numbers import GP
@@ -42,30 +42,26 @@ class Clockwork:
 
     def __init__(self, rig: Rig, server: Server, timing: VirtualTiming, picture: PictureRecorder) -> None:
         self._rig = rig
+        self.part: Timed = rig
+        """What is advanced: the bench, or the bench with what keeps a history of it."""
         self._server = server
         self._timing = timing
         self._picture = picture
 
     def next_event(self) -> int:
         """The next clock at which something could be noticed."""
-        return min(self._rig.next_event(), self._timing.next_event())
+        return min(self.part.next_event(), self._timing.next_event())
 
-    def step(self, when: int) -> None:
-        """Go to `when`, at most the next event."""
-        self._rig.advance(when)
-        self._server.pace.draw(when)
-        self._timing.advance(when)
-        self._picture.after(when)
-
-    def run_until(self, until: int) -> None:
-        """Go to `until`, with all events on the way."""
-        while (when := self.next_event()) <= until:
-            self.step(when)
-        self.step(until)
+    def advance(self, now: int) -> None:
+        """Go to `now`, at most the next event."""
+        self.part.advance(now)
+        self._server.pace.draw(now)
+        self._timing.advance(now)
+        self._picture.after(now)
 
     def go_on(self, until: int, longest: int) -> None:
         """Go to the next event, `longest` clocks on, or `until`, whatever comes first."""
-        self.step(min(self.next_event(), self._rig.now + longest, until))
+        self.advance(min(self.next_event(), self._rig.now + longest, until))
 
     def search(self, holds: Callable[[], object], until: int, longest: int) -> bool:
         """Go on until `holds` or `until`, looking at each event and every `longest` clocks; says whether it holds."""
@@ -96,12 +92,12 @@ class VirtualPace:
         passed = max(REQUEST, bits * HZ // bit_rate)
         if pause_s >= PAUSE_S:
             passed = max(passed, clocks(pause_s))
-        self._clockwork.run_until(self._rig.now + passed)
+        run_until(self._clockwork, self._rig.now + passed)
 
     def end(self, bits: int, bit_rate: int) -> None:
         """The request has been executed and answered with so many bits, or not."""
         if bits:
-            self._clockwork.run_until(self._rig.now + bits * HZ // bit_rate)
+            run_until(self._clockwork, self._rig.now + bits * HZ // bit_rate)
         if any(module.outbox for module in self._rig.modules):
             self.pay(lambda: not any(module.outbox for module in self._rig.modules))
         self._last_s = time.monotonic()
@@ -112,7 +108,7 @@ class VirtualPace:
         """Run ahead to a reply that the module owes, if there is one to come."""
         until = self._rig.now + FAR
         while not paid() and (when := self._clockwork.next_event()) < min(until, NEVER):
-            self._clockwork.run_until(when)
+            run_until(self._clockwork, when)
 
     def _owed(self) -> bool:
         return any(module.owes_reply for module in self._rig.modules)

@@ -17,6 +17,7 @@ from tmcm34x.tmcl.datagram import Instruction
 if TYPE_CHECKING:
     from tmcm34x.bench.session.world import Unit
     from tmcm34x.bench.world import AxisView
+    from tmcm34x.testing.history import History
 
 POLL_S: Final = 0.01
 TCP: Final = "tcp://"
@@ -124,6 +125,11 @@ class RealModule(ModuleUnderTest):
 
     def clear_faults(self) -> None:
         """There are none."""
+
+    @property
+    def history(self) -> History:
+        """Not available."""
+        self._refuse("going back in time")
 
     def snapshot(self) -> bytes:
         """Not available."""

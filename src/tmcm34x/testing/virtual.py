@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeVar
 from tmcm34x import clock
 from tmcm34x.bench.action import Action
 from tmcm34x.bench.session.world import Unit
-from tmcm34x.clock import MS, clocks, seconds
+from tmcm34x.clock import MS, clocks, run_until, seconds
 from tmcm34x.links import LinkError
 from tmcm34x.links.faults import fault
 from tmcm34x.links.faulty import Faults
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from tmcm34x.links import CanLink, Link, Peer, Send
     from tmcm34x.testing.background import Background
     from tmcm34x.testing.coverage import Counting
+    from tmcm34x.testing.history import History
     from tmcm34x.tmcl.telegrams import Direction, Kind
     from tmcm34x.toolchain.assembler import Assembly
 
@@ -100,6 +101,8 @@ class VirtualModule(ModuleUnderTest):
         self._clockwork = Clockwork(self.rig, self._server, self._timing, self.picture)
         self._pace = VirtualPace(self.rig, self._clockwork)
         self._addresses: dict[str, str] = {}
+        self._history: History | None = None
+        self._lines = 0
         self._background: Background | None = None
         self._counting: Counting | None = None
         open_modules[self.name] = self
@@ -213,6 +216,7 @@ class VirtualModule(ModuleUnderTest):
         from tmcm34x.links.can import CanBusLink
 
         if "can" not in self._addresses:
+            self._lines += 1
             rate = CAN_BIT_RATES[self.rig.modules[0].eeprom.global_values[GP.CAN_BIT_RATE]]
             link: CanLink = CanBusLink("virtual", self.name, rate)
             paced = link if self._speed else PacedCanLink(link, self._pace)
@@ -221,6 +225,7 @@ class VirtualModule(ModuleUnderTest):
 
     def _open(self, kind: str, make_link: Callable[[], Link]) -> str:
         if kind not in self._addresses:
+            self._lines += 1
             link = make_link()
             paced = link if self._speed else PacedLink(link, self._pace)
             self._addresses[kind] = self._start().await_(self._server.open(paced))
@@ -228,6 +233,7 @@ class VirtualModule(ModuleUnderTest):
 
     def connect_line(self, name: str, send: Send) -> Peer:
         """One more line inside this process: the module's end of it."""
+        self._lines += 1
         return self._pace.wrap(self._faults.wrap(self._server.connect))(name, send)
 
     def connect(self) -> HostModule:
@@ -251,7 +257,7 @@ class VirtualModule(ModuleUnderTest):
         if self._speed:
             time.sleep(seconds / self._speed)
         else:
-            self.do(lambda: self._clockwork.run_until(self.rig.now + clocks(seconds)))
+            self.do(lambda: run_until(self._clockwork, self.rig.now + clocks(seconds)))
 
     def run_until(self, holds: Callable[[], Any], timeout: float, *, events_only: bool = False) -> bool:
         """Let time pass until `holds`, or the time is over.
@@ -283,7 +289,13 @@ class VirtualModule(ModuleUnderTest):
 
     def execute(self, instruction: Instruction, module: int = 0) -> tuple[int, int]:
         """Execute a command beside the line; status and value of its reply."""
-        return self.do(lambda: self.rig.modules[module].execute(instruction))
+        return self.do(lambda: self._execute(instruction, module))
+
+    def _execute(self, instruction: Instruction, module: int) -> tuple[int, int]:
+        answer = self.rig.modules[module].execute(instruction)
+        if self._history is not None:
+            self._history.kept.record("command", module, tuple(instruction))
+        return answer
 
     def ask(self, instruction: Instruction, module: int = 0) -> tuple[int, int]:
         """Status and value that a reading command gives, without any other effect."""
@@ -328,6 +340,8 @@ class VirtualModule(ModuleUnderTest):
         self._count(source, assembly)
         if run:
             module.program.run(0)
+        if self._history is not None:
+            self._history.kept.record("program", 0, (tuple(map(tuple, assembly.program)), run))
 
     # The bench
 
@@ -353,6 +367,31 @@ class VirtualModule(ModuleUnderTest):
         """End all faults of the line."""
         self.do(self._faults.clear)
 
+    @property
+    def history(self) -> History:
+        """The past from when this is first asked for, which must be before lines are opened; in virtual time only.
+
+        Raises `ValueError` otherwise.
+        """
+        if self._history is None:
+            self._history = self._begin_history()
+        return self._history
+
+    def _begin_history(self) -> History:
+        from tmcm34x.testing.history import History
+
+        if self._speed:
+            raise ValueError('time goes back in virtual time only: leave pace at "virtual"')
+        if self._lines:
+            raise ValueError(
+                "ask for the history before the module's lines are opened: it keeps what they bring"
+            )
+        history = History(self.rig)
+        history.access, history.time, history.on_return = self.do, self._clockwork, self._brought_back
+        self._clockwork.part = self._server.part = history.kept
+        self._server.recorder = history.kept
+        return history
+
     def snapshot(self) -> bytes:
         """The whole state of the bench."""
         return self.do(self.rig.snapshot)
@@ -363,6 +402,9 @@ class VirtualModule(ModuleUnderTest):
 
     def _restore(self, snapshot: bytes) -> None:
         self.rig.restore(snapshot)
+        self._brought_back()
+
+    def _brought_back(self) -> None:
         self._timing.now = self.rig.now
         self._server.pace.draw(self.rig.now)
 
