@@ -273,6 +273,12 @@ def test_hints_show_addresses_parameter_names_and_physical_values():
     ]  # fmt: skip
 
 
+def test_hints_do_not_say_again_what_the_comment_says():
+    text = "SAP 4, 0, 500 // maximum positioning speed\nWAIT TICKS, 0, 25 // 0.25 s\n"
+    shown = [(h.kind, h.text) for h in values.hints(analysis(text), "x.tmc", 0, 1) if h.kind != "address"]
+    assert shown == [("value", "238.4 steps/s")]
+
+
 def apply(text, edits):
     lines = text.split("\n")
     for edit in sorted(edits, key=lambda e: e.location, reverse=True):

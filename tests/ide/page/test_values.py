@@ -56,7 +56,7 @@ def test_the_log_shows_and_filters_telegrams(page: Page):
 def test_parameters_are_searched_changed_marked_and_exported(page: Page):
     page.get_by_role("button", name="Parameters", exact=True).click()
     page.get_by_role("textbox", name="Search parameters").fill("positioning speed")
-    expect(page.locator("table.parameters tbody tr")).to_have_count(2)
+    expect(page.locator("table.parameters [data-parameter]")).to_have_count(2)
     field = page.get_by_role("textbox", name="maximum positioning speed of motor 1")
     field.fill("1234")
     field.press("Enter")
@@ -67,7 +67,7 @@ def test_parameters_are_searched_changed_marked_and_exported(page: Page):
     field.press("Escape")
     expect(field).to_have_value("1234")
     page.get_by_label("changed only").check()
-    expect(page.locator("table.parameters tbody tr")).to_have_count(1)
+    expect(page.locator("table.parameters [data-parameter]")).to_have_count(1)
     with page.expect_download() as started:
         page.get_by_role("button", name="Export .toml").click()
     text = Path(started.value.path()).read_text()
@@ -78,6 +78,26 @@ def test_parameters_are_searched_changed_marked_and_exported(page: Page):
         {"name": "s.toml", "mimeType": "text/plain", "buffer": text.replace("1234", "888").encode()}
     )
     expect(field).to_have_value("888")
+
+
+def test_parameters_stand_in_groups_with_their_values_in_physical_units(page: Page):
+    page.get_by_role("button", name="Parameters", exact=True).click()
+    groups = page.locator("table.parameters .group")
+    expect(groups).to_have_text(
+        [
+            "Position and speed",
+            "Resolution and divisors",
+            "Switches and reference search",
+            "Currents and driver",
+            "Encoder",
+        ]
+    )
+    row = page.locator("[data-parameter='-1/4/0']")
+    expect(row.locator(".physical")).to_have_text(["143 rpm"] * 3)
+    divisor = page.get_by_role("textbox", name="pulse divisor of motor 1")
+    divisor.fill("4")
+    divisor.press("Enter")
+    expect(row.locator(".physical")).to_have_text(["143 rpm", "71.5 rpm", "143 rpm"])
 
 
 def test_every_other_parameter_view_opens(page: Page):

@@ -35,6 +35,7 @@ import type { Problem } from "../wire";
 import { Icon } from "../widgets/icons";
 import { breakpointsOf, gutters, putAddresses, putBreakpoints, putExecution } from "./gutters";
 import { tmcl } from "./language";
+import { searchPanel } from "./search";
 import { languageServer, lspExtension } from "./server";
 import { theme } from "./theme";
 
@@ -68,7 +69,7 @@ function extensions(document: TextDocument): Extension {
         highlightActiveLine(),
         highlightSelectionMatches(),
         bracketMatching(),
-        search({ top: true }),
+        search({ top: true, createPanel: searchPanel }),
         EditorState.allowMultipleSelections.of(true),
         EditorState.tabSize.of(4),
         gutters(

@@ -12,6 +12,8 @@ export interface Values {
     coordinates: (number | null)[][];
 }
 export const parameters = signal<Values>({ axis: new Map(), globals: new Map(), coordinates: [] });
+export const axisValue = (row: Parameter, motor: number) => parameters.value.axis.get(row.number)?.[motor];
+export const globalValue = (row: Parameter) => parameters.value.globals.get(`${row.bank}/${row.number}`);
 /** When each value last changed under the reader's eyes, by `bank/number/motor`; for a short glow. */
 export const touched = signal<ReadonlyMap<string, number>>(new Map());
 /** Sections that some open page shows. */
@@ -20,17 +22,34 @@ export const COORDINATE_BANK = -2;
 
 export const keyOf = (bank: number, number: number, motor = 0): string => `${bank}/${number}/${motor}`;
 
+/** Rows of the tables of parameters that are on the screen, by `bank/number/0`; null where no table is open. */
+function inView(): ReadonlySet<string | undefined> | null {
+    const rows = [...document.querySelectorAll<HTMLElement>("[data-parameter]")];
+    if (!rows.length) return null;
+    const seen = rows.filter(row => {
+        const { top, bottom } = row.getBoundingClientRect();
+        return bottom > 0 && top < window.innerHeight;
+    });
+    return new Set(seen.map(row => row.dataset.parameter));
+}
+
 function items(): Watched[] {
     const list: Watched[] = [];
     const { axis, globals } = tables.value;
     const want = wanted.peek();
-    const first = parameters.peek().axis.size === 0;
-    const readable = (row: Parameter) => row.access.includes("R");
-    if (want.has("axis") || first)
-        for (const row of axis.filter(readable))
+    const { axis: known, globals: knownGlobals } = parameters.peek();
+    // Over a slow line the rows on the screen come first, so that they are never old.
+    const view = welcome.value?.ability.peek ? null : inView();
+    const due = (row: Parameter, read: boolean) =>
+        row.access.includes("R") && (!read || !view || view.has(keyOf(row.bank, row.number)));
+    if (want.has("axis") || known.size === 0)
+        for (const row of axis.filter(item => due(item, known.has(item.number))))
             for (let motor = 0; motor < 3; motor++) list.push({ bank: -1, number: row.number, motor });
-    for (const row of globals.filter(readable))
-        if (want.has(row.bank === 2 ? "variables" : "globals"))
+    for (const row of globals)
+        if (
+            want.has(row.bank === 2 ? "variables" : "globals") &&
+            due(row, knownGlobals.has(`${row.bank}/${row.number}`))
+        )
             list.push({ bank: row.bank, number: row.number, motor: 0 });
     if (want.has("coordinates"))
         for (let number = 0; number < tables.value.coordinates; number++)
@@ -79,11 +98,12 @@ onServerEvent(event => {
     if (event.event === "motion_ended" && (event.kind === "restore" || event.kind === "search")) void refresh();
 });
 
+/** Between two readings: a change by another host is seen within 2 s. */
+const PAUSE_MS = 500;
 let timer = 0;
 async function poll(): Promise<void> {
     if (!document.hidden) await refresh();
-    const quick = welcome.value?.ability.peek;
-    timer = window.setTimeout(() => void poll(), wanted.peek().size ? (quick ? 500 : 1000) : quick ? 1500 : 15000);
+    timer = window.setTimeout(() => void poll(), PAUSE_MS);
 }
 effect(() => {
     void wanted.value;

@@ -1,11 +1,17 @@
 // The scale of each motor's units, from its parameters as last read, and what numbers are in physical units.
 import type { Parameter } from "../wire";
-import { figures, tables, welcome, world } from "./app";
+import { axisParameter, figures, tables, welcome, world } from "./app";
 import { physical, placeText, type Scale } from "./units";
 
 /** Of a turn of the usual motor, 1.8 degrees. */
 export const FULLSTEPS = 200;
 export const fullstepsOf = (motor: number): number => world.value?.axes[motor]?.fullsteps ?? FULLSTEPS;
+
+/** The range of an axis parameter, for fields. */
+export function rangeOf(key: string): { low: number; high: number } {
+    const { low, high } = axisParameter(key);
+    return { low, high };
+}
 
 /** What a turn moves, where the bench says more of the axis than that: its ends or its switches. */
 function wayOf(motor: number): Scale["way"] {

@@ -79,6 +79,19 @@ export function physical(kind: string, unit: string, value: number, s: Scale): s
     }
 }
 
+const RAISED = "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079";
+const power = (exponent: number): string => `2${[...String(exponent)].map(digit => RAISED[Number(digit)]).join("")}`;
+/** From which on a range that is a power of two is written as one. */
+const LONG = 2 ** 20;
+
+/** A range in few letters. */
+export function rangeText(low: number, high: number): string {
+    const exponent = Math.log2(high + 1);
+    if (high >= LONG && Number.isInteger(exponent) && low === -(high + 1)) return `\u00b1${power(exponent)}`;
+    if (high >= LONG && Number.isInteger(exponent) && low === 0) return `0\u2026${power(exponent)}`;
+    return `${low}\u2026${high}`.replace(/-/g, "\u2212");
+}
+
 /** Virtual time as hours, minutes, seconds, milliseconds. */
 export function clockText(seconds: number): string {
     const ms = Math.floor(seconds * 1000);

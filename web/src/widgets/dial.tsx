@@ -1,11 +1,11 @@
 // A motor's dial: the rotor as it stands, the speed as an arc.  The rotor is a layer of its own, which the browser
 // turns without painting anything anew.
+import { rangeOf } from "../logic/scales";
 import { useSignalEffect } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { MOTOR_FLAGS } from "../wire";
 import { motors, powered, welcome } from "../logic/app";
 
-const TOP_SPEED = 2047;
 const R = 47;
 const BOX = "-56 -56 112 112";
 
@@ -41,7 +41,7 @@ export function Dial({ motor }: { motor: number }) {
             shown.current.speed = state.speed;
             speed.current?.setAttribute(
                 "d",
-                arc(Math.sign(state.speed) * Math.sqrt(Math.abs(state.speed) / TOP_SPEED)),
+                arc(Math.sign(state.speed) * Math.sqrt(Math.abs(state.speed) / rangeOf("max_speed").high)),
             );
         }
         // Where step and direction leave the board, the coil current is the outside driver's own.

@@ -66,7 +66,10 @@ def _setting(program: Analysis, address: int, motor: int, parameter: AxisParamet
 
 
 def hints(program: Analysis, file: str, first_line: int, last_line: int) -> list[Hint]:
-    """Addresses, names of parameters beside their numbers, values in physical units."""
+    """Addresses, names of parameters beside their numbers, values in physical units.
+
+    What the comment of a line already says is not said again.
+    """
     hints: list[Hint] = []
     for line in range(max(0, first_line), last_line + 1):
         entry = program.codes.get((file, line))
@@ -89,14 +92,26 @@ def _operand_hints(
     row, instruction = code.row, code.instruction
     if row is None or instruction is None:
         return
+    comment = _comment(program, code)
     for operand, written in zip(row.operands, statement.operands, strict=False):
         if written is None:
             continue
         if operand.kind in ("axis_parameter", "global_parameter"):
             parameter = parameter_of(row, instruction)
-            if parameter is not None and isinstance(written, Token) and written.kind == "number":
+            if (
+                parameter is not None
+                and isinstance(written, Token)
+                and written.kind == "number"
+                and parameter.name not in comment
+            ):
                 yield Hint(line, written.end, "parameter", parameter.name)
         elif operand.field == "value":
-            text = value_text(program, address, row, instruction)
-            if text:
-                yield Hint(line, written.end, "value", text.split(", ")[-1])
+            text = value_text(program, address, row, instruction).split(", ")[-1]
+            if text and text not in comment:
+                yield Hint(line, written.end, "value", text)
+
+
+def _comment(program: Analysis, code: Code) -> str:
+    """The comment of the line of an instruction."""
+    start = code.line.comment
+    return "" if start is None else program.text(code.file, code.number - 1)[start:]

@@ -1,4 +1,5 @@
 // The load profile: measured by the server, drawn here.
+import { rangeOf } from "../../logic/scales";
 import { ask, welcome } from "../../logic/app";
 import { abort, motionOf, notReady, profilePoints, ready } from "../../logic/authority";
 import { remembered } from "../../logic/settings";
@@ -39,7 +40,7 @@ export function Profile() {
                     <LocalNumber
                         value={low}
                         low={1}
-                        high={2047}
+                        high={rangeOf("max_speed").high}
                         label="From velocity"
                         onInput={value => set({ low: value })}
                     />
@@ -49,7 +50,7 @@ export function Profile() {
                     <LocalNumber
                         value={high}
                         low={1}
-                        high={2047}
+                        high={rangeOf("max_speed").high}
                         label="To velocity"
                         onInput={value => set({ high: value })}
                     />

@@ -1,4 +1,5 @@
 // The reference search assistant: its parameters, what it will do, and the search itself on the server.
+import { rangeOf } from "../../logic/scales";
 import { useComputed } from "@preact/signals";
 import { ask, axisParameter, can, flag, motors, online, send, setAxis } from "../../logic/app";
 import { abort, motionOf, notReady, ready } from "../../logic/authority";
@@ -61,8 +62,7 @@ export function Reference() {
                     <NumberField
                         value={known("reference_search_speed") ?? ""}
                         disabled={known("reference_search_speed") === undefined}
-                        low={0}
-                        high={2047}
+                        {...rangeOf("reference_search_speed")}
                         label="Search speed"
                         onCommit={set("reference_search_speed")}
                     />
@@ -72,8 +72,7 @@ export function Reference() {
                     <NumberField
                         value={known("reference_switch_speed") ?? ""}
                         disabled={known("reference_switch_speed") === undefined}
-                        low={0}
-                        high={2047}
+                        {...rangeOf("reference_switch_speed")}
                         label="Switch speed"
                         onCommit={set("reference_switch_speed")}
                     />

@@ -1,4 +1,5 @@
 // Stall detection: turn the motor, see its load, set the threshold.
+import { rangeOf } from "../../logic/scales";
 import { useComputed } from "@preact/signals";
 import { ask, can, flag, motors, send, setAxis, welcome } from "../../logic/app";
 import { notReady, ready } from "../../logic/authority";
@@ -32,8 +33,7 @@ export function Stall() {
                     Velocity
                     <LocalNumber
                         value={stallSpeed.value}
-                        low={0}
-                        high={2047}
+                        {...rangeOf("max_speed")}
                         label="Velocity"
                         onInput={value => (stallSpeed.value = value)}
                     />
@@ -43,8 +43,7 @@ export function Stall() {
                     <NumberField
                         value={known("max_acceleration") ?? ""}
                         disabled={known("max_acceleration") === undefined}
-                        low={0}
-                        high={2047}
+                        {...rangeOf("max_acceleration")}
                         label="Acceleration"
                         onCommit={value => void setAxis("max_acceleration", motor.value, value).then(refresh)}
                     />

@@ -6,6 +6,7 @@ import {
     fullstepRate,
     grouped,
     rampSeconds,
+    rangeText,
     rate,
     rateSlope,
     rpm,
@@ -15,7 +16,7 @@ import {
     velocityOfRpm,
     type Scale,
 } from "../../logic/units";
-import { FULLSTEPS } from "../../logic/scales";
+import { FULLSTEPS, rangeOf } from "../../logic/scales";
 import { want } from "../program";
 import { Commands, MotorChoice, motor, parameterValue } from "./common";
 import { LocalNumber } from "../../widgets/fields";
@@ -41,6 +42,8 @@ export function Units() {
         fullsteps_per_turn: steps.value,
     };
     const set = (part: Partial<typeof divisors>) => (own.value = { ...divisors, ...part });
+    const top = rangeOf("max_speed");
+    const place = rangeOf("target_position");
     const v = velocity.value;
     const a = acceleration.value;
     return (
@@ -68,8 +71,7 @@ export function Units() {
                     Microstep resolution (140)
                     <LocalNumber
                         value={scale.resolution}
-                        low={0}
-                        high={6}
+                        {...rangeOf("microstep_resolution")}
                         label="Microstep resolution"
                         onInput={resolution => resolution !== null && set({ resolution })}
                     />
@@ -78,8 +80,7 @@ export function Units() {
                     Pulse divisor (154)
                     <LocalNumber
                         value={scale.pulse_div}
-                        low={0}
-                        high={13}
+                        {...rangeOf("pulse_divisor")}
                         label="Pulse divisor"
                         onInput={pulse => pulse !== null && set({ pulse })}
                     />
@@ -88,8 +89,7 @@ export function Units() {
                     Ramp divisor (153)
                     <LocalNumber
                         value={scale.ramp_div}
-                        low={0}
-                        high={13}
+                        {...rangeOf("ramp_divisor")}
                         label="Ramp divisor"
                         onInput={ramp => ramp !== null && set({ ramp })}
                     />
@@ -102,8 +102,7 @@ export function Units() {
                         velocity units
                         <LocalNumber
                             value={v}
-                            low={0}
-                            high={2047}
+                            {...rangeOf("max_speed")}
                             label="Velocity"
                             onInput={value => value !== null && (velocity.value = value)}
                         />
@@ -117,7 +116,7 @@ export function Units() {
                             low={0}
                             high={1e6}
                             onInput={value =>
-                                value !== null && (velocity.value = Math.min(2047, velocityOfRpm(scale, value)))
+                                value !== null && (velocity.value = Math.min(top.high, velocityOfRpm(scale, value)))
                             }
                         />
                     </label>
@@ -139,8 +138,8 @@ export function Units() {
                             <dd>{short(rpm(scale, 1))} rpm</dd>
                         </div>
                         <div>
-                            <dt>highest (2047)</dt>
-                            <dd>{short(rpm(scale, 2047))} rpm</dd>
+                            <dt>highest ({top.high})</dt>
+                            <dd>{short(rpm(scale, top.high))} rpm</dd>
                         </div>
                     </dl>
                 </section>
@@ -150,8 +149,7 @@ export function Units() {
                         acceleration units
                         <LocalNumber
                             value={a}
-                            low={0}
-                            high={2047}
+                            {...rangeOf("max_acceleration")}
                             label="Acceleration"
                             onInput={value => value !== null && (acceleration.value = value)}
                         />
@@ -167,7 +165,7 @@ export function Units() {
                             onInput={value =>
                                 value !== null &&
                                 (acceleration.value = Math.min(
-                                    2047,
+                                    rangeOf("max_acceleration").high,
                                     accelerationOfSlope(scale, value * 2 ** scale.resolution),
                                 ))
                             }
@@ -194,8 +192,7 @@ export function Units() {
                         microsteps
                         <LocalNumber
                             value={way.value}
-                            low={-(2 ** 23)}
-                            high={2 ** 23 - 1}
+                            {...place}
                             label="Microsteps"
                             onInput={value => value !== null && (way.value = value)}
                         />
@@ -225,8 +222,8 @@ export function Units() {
                             <dd>{grouped(ustepsPerTurn(scale))}</dd>
                         </div>
                         <div>
-                            <dt>whole range ±2²³</dt>
-                            <dd>{short(turns(scale, 2 ** 24))} turns</dd>
+                            <dt>whole range {rangeText(place.low, place.high)}</dt>
+                            <dd>{short(turns(scale, place.high - place.low + 1))} turns</dd>
                         </div>
                     </dl>
                 </section>
