@@ -6,7 +6,15 @@ from tmcm34x.tmcl.commands import BY_MNEMONIC, FOREIGN_COMMANDS, PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import INCLUDE_DEPTH, assemble
 from tmcm34x.toolchain.diagnostics import Location, render
+from tmcm34x.toolchain.linter import lint
 from tmcm34x.toolchain.listing import listing
+
+
+def test_a_constant_without_a_value_is_reported_where_it_is_defined_alone():
+    text = "A = 5 °\nB = A + 1\n#if A == 5\nROR 0, A\n#endif\n#assert B == 6\nWAIT RFS, A * INT(B), 0\nJA A\nSTOP"
+    assembly = assemble(text)
+    assert [(item.code, item.location.line) for item in assembly.diagnostics] == [("E101", 1)]
+    assert [item.code for item in lint(assembly)] == []
 
 
 def codes(text, **options):

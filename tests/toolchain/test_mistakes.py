@@ -17,9 +17,24 @@ from tmcm34x.toolchain.assembler import assemble
 from tmcm34x.toolchain.linter import lint
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
+WORDS = "words"
+WORDS_PROGRAM = """
+// Commands and words that the examples do without.
+        GAP   1, 0
+        CALCX LOAD
+        GAP   1, 1
+        CALCX SUB
+        COMP  100
+        JC    GE, Far
+        COMP  -100
+        JC    LE, Far
+        MVP   REL, 0, 500
+Far:    STOP
+"""
+"""The program `WORDS`."""
 PROGRAMS = (
     "conveyor", "handshake", "homing", "joystick", "pick-and-place", "speed-profile", "three_axes",
-    "manual/5.2-first-program", "manual/6.7.20-subroutine", "manual/9.2-stall-homing",
+    "manual/5.2-first-program", "manual/6.7.20-subroutine", "manual/9.2-stall-homing", WORDS,
 )  # fmt: skip
 MENDED = "MENDED"
 LINES_EACH = 3
@@ -56,6 +71,10 @@ MISTAKES = (
     (r"\bJC\b", "^JCC", "E201", MENDED),
     (r"\bMST\b", "^MTS", "E201", MENDED),
     (r"\bCLE\b", "^CEL", "E201", MENDED),
+    (r"\bWAIT(\s+RFS)", r"^WIAT\1", "E201", MENDED),
+    (r"\bAAP\b", "^APA", "E201", MENDED),
+    (r"\bCALCX\b", "^CLACX", "E201", MENDED),
+    (r"\bSCO\b", "^SOC", "E201", MENDED),
     # commands of other languages
     (r"\bJA\b", "^JMP", "E201", MENDED),
     (r"\bJA\b", "^GOTO", "E201", MENDED),
@@ -69,7 +88,15 @@ MISTAKES = (
     (r"\bCOMP\b", "^CMP", "E201", MENDED),
     (r"\bWAIT\s+TICKS, 0,", "^DELAY", "E201", MENDED),
     (r"\bWAIT\s+TICKS, 0, (?=\d)", "WAIT ^", "E203", MENDED),
+    (r"\bRSUB\b", "^RTS", "E201", MENDED),
+    (r"\bCALCX\b(?=\s+(ADD|SUB|MUL))", "^CALC", "E203", MENDED),
+    (r"\bJC\s+ZE,", "^JZ", "E201", MENDED),
+    (r"\bJC\s+NZ,", "^JNZ", "E201", MENDED),
     # words
+    (r"\bGE,", "^GTE,", "E205", MENDED),
+    (r"\bLE,", "^LTE,", "E205", MENDED),
+    (r"\bLT,", "^<,", "E205", MENDED),
+    (r"\bREL,", "^RELATIVE,", "E205", MENDED),
     (r"\bLT,", "^LESS,", "E205", MENDED),
     (r"\bGT,", "^GREATER,", "E205", MENDED),
     (r"\bZE,", "^ZERO,", "E205", MENDED),
@@ -118,6 +145,9 @@ MISTAKES = (
     (r"(, )0(?=,)", r"\1^O", "E301", MENDED),
     (r"\b(WAIT\s+TICKS, 0, )(\d+)$", r"\1^\g<2>0ms", "E102", MENDED),
     (r"\b(SAP.*, )(\d+)$", r"\1^#\2", "E101", MENDED),
+    (r"\b(S[AG]P.*, )(\d)$", r"\1^0\2h", "E102", MENDED),
+    (r"(?m)^(\s+(?:STOP|RSUB|JA\s+\w+))$", "\\1^\x1a", "E101", MENDED),
+    (r"^(\w+\s+= \d+)$", r"\1 ^°", "E101", "is not part of the language"),
     # comments
     (r"$", "  ^; a note", "E101", MENDED),
     (r"$", "  ^# a note", "E101", MENDED),
@@ -142,6 +172,7 @@ MISTAKES = (
     (r"^(\w+)\s+=", r"^#define \1", "E103", MENDED),
     (r"^#include", "^include", "E103", MENDED),
     (r"^#include", "^#inculde", "E103", MENDED),
+    (r"^(#include\s+)\"?([\w./-]+)\"?", r"\1^“\2”", "E101", MENDED),
     (r"^(\s+)(?=[A-Z])", r"^120\1", "E103", MENDED),
 )
 
@@ -158,6 +189,10 @@ class Case(NamedTuple):
     column: int
 
 
+def source(program):
+    return WORDS_PROGRAM if program == WORDS else (EXAMPLES / f"{program}.tmc").read_text()
+
+
 def include(name, _from):
     return name, (EXAMPLES / name).read_text()
 
@@ -166,7 +201,7 @@ def cases(row):
     """The programs with this mistake in them."""
     pattern, typed, *_ = row
     for program in PROGRAMS:
-        sound = (EXAMPLES / f"{program}.tmc").read_text()
+        sound = source(program)
         lines = sound.split("\n")
         made = 0
         for number, text in enumerate(lines, 1):
@@ -187,7 +222,7 @@ def cases(row):
 def renamed(typed):
     """The programs with a name that cannot be one, after its second letter."""
     for program in PROGRAMS:
-        sound = (EXAMPLES / f"{program}.tmc").read_text()
+        sound = source(program)
         defined = re.compile(r"^(\w\w\w+)(?::|\s+=)", re.MULTILINE)
         names = [match[1] for match in defined.finditer(sound)]
         for name in names[:LINES_EACH]:

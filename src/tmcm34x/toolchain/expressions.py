@@ -117,6 +117,13 @@ class ExpressionError(Exception):
         self.problem = (code, start, end, text, replacement)
 
 
+class UnknownValueError(ExpressionError):
+    """A constant whose own definition has a mistake: there is no more to report of what uses it."""
+
+    def __init__(self, name: Token) -> None:
+        super().__init__("E401", name.start, name.end, f"{shown(name.text)} has no value")
+
+
 def compile_expression(tokens: Sequence[Token]) -> Operand:
     """The expression in `tokens`, at least one; raises `ExpressionError` where it is not well formed."""
     first = tokens[0]

@@ -120,7 +120,7 @@ class FirstPass:
             self._include(statement)
 
     def _constant(self, statement: Constant, line: Line) -> None:
-        value = 0.0
+        value = None
         if statement.value is not None:
             try:
                 value = evaluate(statement.value, self._names.earlier_constant)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Fix, Location, shown
-from tmcm34x.toolchain.expressions import ExpressionError
+from tmcm34x.toolchain.expressions import ExpressionError, UnknownValueError
 from tmcm34x.toolchain.mending.files import Mistake
 from tmcm34x.toolchain.mending.lines import repair
 from tmcm34x.toolchain.mending.spelling import nearest
@@ -59,8 +59,9 @@ class Messages:
         self.add(Diagnostic(location, "error", code, text, fixes))
 
     def error(self, error: ExpressionError) -> None:
-        """Report what is wrong with an expression."""
-        self.report(*error.problem)
+        """Report what is wrong with an expression, unless its cause is reported elsewhere."""
+        if not isinstance(error, UnknownValueError):
+            self.report(*error.problem)
 
     def problems(self, problems: tuple[Problem, ...]) -> None:
         """Report mistakes in the characters and words of a line; where there are none, all others."""

@@ -7,7 +7,7 @@ from typing import Final
 
 from tmcm34x.toolchain.assembly import Symbol, SymbolKind
 from tmcm34x.toolchain.diagnostics import did_you_mean, shown
-from tmcm34x.toolchain.expressions import FUNCTIONS, ExpressionError, Operand, names_in
+from tmcm34x.toolchain.expressions import FUNCTIONS, ExpressionError, Operand, UnknownValueError, names_in
 from tmcm34x.toolchain.messages import Messages
 from tmcm34x.toolchain.parser import Line
 from tmcm34x.toolchain.tokens import BLANKS, Token
@@ -22,9 +22,11 @@ class Names:
     def __init__(self, messages: Messages) -> None:
         self.symbols: dict[str, Symbol] = {}
         self._messages = messages
+        self._broken: set[str] = set()
+        """Constants without a value."""
 
-    def define(self, name: Token, kind: SymbolKind, value: float, line: Line) -> None:
-        """Give a name its value; reports one that has one already."""
+    def define(self, name: Token, kind: SymbolKind, value: float | None, line: Line) -> None:
+        """Give a name its value, None where that has a mistake; reports a name that is defined already."""
         key, messages = name.text.upper(), self._messages
         known = self.symbols.get(key)
         if known is not None:
@@ -37,7 +39,9 @@ class Names:
             return
         comment = "" if line.comment is None else messages.text[line.comment :].lstrip("/! \t").rstrip()
         location = messages.location(name.start, name.end)
-        self.symbols[key] = Symbol(name.text, kind, value, location, comment=comment)
+        self.symbols[key] = Symbol(name.text, kind, value or 0.0, location, comment=comment)
+        if value is None:
+            self._broken.add(key)
 
     def note(self, operands: Iterable[Operand | None]) -> None:
         """The names in refused operands count as used."""
@@ -69,15 +73,19 @@ class Names:
 
     def address(self, name: Token) -> float:
         """Where a jump to a label or constant leads."""
-        symbol = self.symbols.get(name.text.upper()) or self._miss(name, "label")
-        symbol.references.append(self._messages.location(name.start, name.end))
-        return symbol.value
+        return self._used(name, self.symbols.get(name.text.upper()) or self._miss(name, "label"))
 
     def _constant(self, name: Token, symbol: Symbol) -> float:
-        symbol.references.append(self._messages.location(name.start, name.end))
+        value = self._used(name, symbol)
         if symbol.kind == "label":
             text = f"{shown(name.text)} is a label; only JA, JC and CSUB take one"
             raise ExpressionError("E304", name.start, name.end, text)
+        return value
+
+    def _used(self, name: Token, symbol: Symbol) -> float:
+        symbol.references.append(self._messages.location(name.start, name.end))
+        if self._broken and name.text.upper() in self._broken:
+            raise UnknownValueError(name)
         return symbol.value
 
     # Names that are not defined
