@@ -1,8 +1,14 @@
 """Source text in columns."""
 
+import tempfile
+from pathlib import Path
+
+from click.testing import CliRunner
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from tmcm34x.cli import CliError
+from tmcm34x.cli.fmt import command
 from tmcm34x.tmcl.mnemonic import format_instruction, parse_instruction
 from tmcm34x.toolchain.assembler import assemble
 from tmcm34x.toolchain.encoding import Encoding, decode, encode
@@ -120,6 +126,40 @@ def test_a_formatted_file_holds_the_same_words_and_comments_in_the_same_encoding
     assert [word for word in kept(again[0]) if "DATA" not in word.upper()] == [
         word for word in kept(stored[0]) if "DATA" not in word.upper()
     ]
+
+
+ENCODINGS = (
+    Encoding("utf-8"), Encoding("utf-8", b"\xef\xbb\xbf"), Encoding("utf-16-le", b"\xff\xfe"),
+    Encoding("utf-16-be", b"\xfe\xff"), Encoding("windows-1252"),
+)  # fmt: skip
+COMMENTS = ("", " // caf\u00e9 \u201cquoted\u201d \u2122", "\t//\u00a0x\u00a0", " // \u20ac 5  ")
+
+
+def stored(text, comment, encoding):
+    return encode(text.replace("\0", " ").replace("\n", f"{comment}\n"), encoding)
+
+
+FILES = st.binary(max_size=200) | st.builds(
+    stored, SOURCES.filter(str.isascii), st.sampled_from(COMMENTS), st.sampled_from(ENCODINGS)
+)
+
+
+@given(FILES)
+@settings(max_examples=150, deadline=None)
+def test_fmt_leaves_a_file_as_it_is_or_keeps_what_it_says(data):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "x.tmc")
+        path.write_bytes(data)
+        status = CliRunner().invoke(command, [str(path)], standalone_mode=False)
+        after = path.read_bytes()
+    if status.exception is not None or status.return_value:
+        assert isinstance(status.exception, CliError | None)
+        assert after == data
+        return
+    (before, encoding), (formatted, again) = decode(data), decode(after)
+    assert again == encoding or after.isascii()
+    squeezed = [["".join(word.split()).upper() for word in kept(text)] for text in (before, formatted)]
+    assert squeezed[0] == squeezed[1]
 
 
 @given(st.text(max_size=300))
