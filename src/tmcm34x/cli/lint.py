@@ -66,8 +66,8 @@ def command(
     """Point out likely mistakes in TMCL programs.
 
     FILE may be a folder, for all sources in it, or - for standard input. Errors, warnings and information go to
-    standard error; the exit status is 1 when there are errors or warnings. A comment `// lint: ignore W101` keeps a
-    rule quiet on its line, `// lint: off W101` in its program. A file that another one in its folder includes is judged
+    standard error; the exit status is 1 when there are errors or warnings. A comment `// lint: ignore W101` suppresses
+    a rule on its line, `// lint: off W101` in its program. A file that another one in its folder includes is judged
     as a part of that program.
     """
     rules = (linter.DEFAULT | frozenset(on)) - frozenset(off)

@@ -98,7 +98,7 @@ def _painter(picture: PictureRecorder, path: Path, title: str) -> Callable[[], N
 
 
 class Watcher:
-    """Observes the module whose program runs, for the recorders that want each command."""
+    """Observes the module whose program runs, for the recorders that need each command."""
 
     def __init__(self, module: Module) -> None:
         self.stream: TextIO | None = None

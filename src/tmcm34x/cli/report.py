@@ -202,7 +202,7 @@ class Report:
         return format_instruction(self._module.program.memory[address])
 
     def _error_place(self, error: ProgramError) -> str:
-        """Where a command was refused; behind the last command, where that one stands."""
+        """Where a command was refused; after the last command, where that one is."""
         behind = self._module.program.memory[error.address].number == 0
         return self.place(max(error.address - 1, 0) if behind else error.address)
 

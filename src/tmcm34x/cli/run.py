@@ -103,7 +103,9 @@ Examples:
     metavar="FACTOR",
     help="Of virtual time: 1 is real time, 0 as fast as possible.",
 )
-@click.option("--bench", type=_IN, metavar="FILE", help="What hangs on the module; bare motors without it.")
+@click.option(
+    "--bench", type=_IN, metavar="FILE", help="What is connected to the module; bare motors without it."
+)
 @click.option("--csv", "csv_file", type=_OUT, metavar="OUT", help="Write positions and speeds as a table.")
 @click.option(
     "--sample",
@@ -171,7 +173,7 @@ def command(**options: Any) -> int:
     """Run the TMCL program FILE (source, .bin or .hex) in virtual time and sum up what it did.
 
     The run ends when the program has stopped and every motor is at rest, at --until, or when nothing can change
-    any more; the summary says which.
+    any more; the summary names the reason.
 
     Exit status: 0, 1 after mistakes in the source, 3 when the module refused a command of the program or the program
     ran past its end, 4 when an expectation of the bench file failed, 130 when interrupted.

@@ -59,7 +59,7 @@ def sources(paths: Iterable[Path]) -> Iterator[Path]:
 
 
 def is_folder(path: Path) -> bool:
-    """Whether an argument names a folder; a name that the system does not take is left to whoever reads it."""
+    """Whether an argument names a folder; a name that the system refuses is reported when it is read."""
     try:
         return path.is_dir()
     except OSError:
@@ -107,7 +107,7 @@ def read_image(path: Path) -> tuple[Instruction, ...]:
 
 
 def is_hex(path: Path) -> bool:
-    """Whether the name says Intel HEX."""
+    """Whether the suffix is one of Intel HEX."""
     return path.suffix.lower() in HEX_SUFFIXES
 
 

@@ -17,7 +17,7 @@ _LINE_END: Final = re.compile(r"\r\n|\r|\n")
 def replaced(text: str, start: tuple[int, int], end: tuple[int, int], new: str, units: Units) -> str:
     """`text` with `new` between two places, which are lines and characters counted from 0.
 
-    A place behind the end of its line is the end of the line, and one behind the last line the end of the text.
+    A position after the end of its line is the end of the line, and one after the last line the end of the text.
     """
     first, last = offset(text, *start, units), offset(text, *end, units)
     return text[:first] + new + text[max(first, last) :]

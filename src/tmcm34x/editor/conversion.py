@@ -1,4 +1,4 @@
-"""What the analysis of a program says, in the types of the Language Server Protocol and the client's units.
+"""Results of the analysis of a program, in the types of the Language Server Protocol and the client's units.
 
 Source: Language Server Protocol 3.17.
 """

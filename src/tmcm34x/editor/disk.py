@@ -1,4 +1,4 @@
-"""Sources on disk, for whoever assembles files: the tool chain itself opens none."""
+"""Sources on disk, for all that assembles files: the tool chain itself opens none."""
 
 from __future__ import annotations
 

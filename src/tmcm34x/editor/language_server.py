@@ -201,7 +201,7 @@ class TmclServer(LanguageServer):
         if signature is None:
             return None
         parameters = [types.ParameterInformation(label, document) for label, document in signature.parameters]
-        # The active parameter is told twice: an editor that knows LSP 3.18 takes the signature's null for none.
+        # The active parameter is sent twice: an editor with LSP 3.18 takes the signature's null for none.
         information = types.SignatureInformation(
             signature.label, signature.documentation, parameters, signature.active
         )

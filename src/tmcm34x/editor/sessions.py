@@ -67,7 +67,7 @@ async def serve_messages(
 
 
 def _handle(server: TmclServer, writer: _Writer, text: str | bytes) -> bool:
-    """Gives one message to the server; tells whether the session goes on."""
+    """Passes one message to the server; returns whether the session goes on."""
     protocol = server.protocol
     try:
         message = json.loads(text, object_hook=protocol.structure_message)

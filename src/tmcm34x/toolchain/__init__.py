@@ -1,4 +1,4 @@
-"""From source text to instructions and back, with everything that an editor wants to know on the way.
+"""From source text to instructions and back, with everything that an editor needs.
 
     from tmcm34x.toolchain.assembler import assemble
     assembly = assemble("ROR 0, 500")

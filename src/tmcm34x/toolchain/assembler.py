@@ -1,11 +1,11 @@
-"""Source text to instructions, with everything an editor, a listing or a debugger wants to know.
+"""Source text to instructions, with everything that an editor, a listing or a debugger needs.
 
 Two passes: the first walks the lines and the files they include, gives addresses to instructions and values
 to names; the second fills the instructions in.  Both go on after mistakes, so `Assembly.diagnostics` has all
 of them.  Files are read by the caller's `include` function alone.
 
 What a line means comes from the rows of `tmcl.commands`: operands, words, fields, spare fields.  Whatever the
-eight bytes of an instruction can hold assembles; what the module will not like is the linter's business.
+eight bytes of an instruction can hold assembles; what the module will refuse is for the linter.
 """
 
 from __future__ import annotations

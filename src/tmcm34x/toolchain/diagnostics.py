@@ -1,4 +1,4 @@
-"""What the tool chain has to say about a source text: places, diagnostics, fixes.
+"""What the tool chain reports about a source text: locations, diagnostics, fixes.
 
 The tool chain never raises for what a user wrote; it returns diagnostics, all of a file in one pass.
 `ERRORS` is the table of the assembler's own; the linter has its table in `linter.RULES`.
@@ -14,20 +14,20 @@ Severity = Literal["error", "warning", "information"]
 
 ERRORS: Final = MappingProxyType({
     "E101": "a character or word that the language does not have",
-    "E102": "a number that is none: decimal, $hexadecimal or %binary",
-    "E103": "something missing or in the wrong place",
-    "E201": "a command that no TMCL firmware has",
+    "E102": "an invalid number: decimal, $hexadecimal or %binary",
+    "E103": "something is missing or misplaced",
+    "E201": "an unknown command",
     "E202": "a command of other TMCL firmware, not available on a TMCM-34x",
     "E203": "a command with too few operands",
     "E204": "a command with too many operands",
     "E205": "an operand that must be one of certain words",
     "E206": "a number that does not fit into its field",
-    "E301": "a name that is defined nowhere",
-    "E302": "a name defined twice (upper and lower case are the same)",
-    "E303": "a constant used by another one before its definition",
+    "E301": "an undefined name",
+    "E302": "a name defined twice (case does not matter)",
+    "E303": "a constant used in another one before its definition",
     "E304": "a label where a number is needed",
     "E401": "an expression without a value: division by zero, square root of a negative number, overflow",
-    "E402": "an #assert that does not hold",
+    "E402": "an #assert that fails",
     "E501": "an include file that cannot be read",
     "E502": "a file that includes itself, directly or through others",
     "E503": "include files nested too deeply",

@@ -19,7 +19,7 @@ class Encoding(NamedTuple):
 
 
 class EncodingError(ValueError):
-    """A file that is no source text; the text says why, for a message that names the file."""
+    """A file that is not source text, with the reason for a message that names the file."""
 
 
 UTF_8: Final = Encoding("utf-8")

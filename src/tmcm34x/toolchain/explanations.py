@@ -29,20 +29,20 @@ MISTAKES: Final[Mapping[str, Mistake]] = MappingProxyType({
         "        STOP                    ; the end", "        STOP                    // the end",
     ),
     "E102": Mistake(
-        "Numbers are decimal, hexadecimal behind $ or binary behind %, without units: WAIT counts in ticks of 10 ms.",
+        "Numbers are decimal, hexadecimal after $ or binary after %, and have no unit: WAIT counts in ticks of 10 ms.",
         "        WAIT  TICKS, 0, 500ms\n        STOP", "        WAIT  TICKS, 0, 50\n        STOP",
     ),
     "E103": Mistake(
-        "A comma, a colon, a parenthesis or a name is missing, or stands where none belongs.",
+        "A comma, a colon, a parenthesis or a name is missing or misplaced.",
         "        SAP   4, 0 500\n        STOP", "        SAP   4, 0, 500\n        STOP",
     ),
     "E201": Mistake(
-        "The word is none of the commands; docs/language.md lists them. A word alone may be a label without its ':'.",
+        "The word is not a command; docs/language.md lists all commands. A word alone may be a label without its ':'.",
         "Loop:   JMP   Loop", "Loop:   WAIT  TICKS, 0, 1\n        JA    Loop",
     ),
     "E202": Mistake(
         "Modules with other chips have more commands: interrupts (VECT, EI, DI, RETI), indirect addressing, a stack. "
-        "The firmware of the TMCM-34x does not know them; a loop that asks for the event comes nearest.",
+        "The firmware of the TMCM-34x lacks them; a loop that polls for the event comes closest.",
         "        VECT  39, Alarm\n        STOP\nAlarm:  STOP",
         "Loop:   WAIT  TICKS, 0, 1\n        GIO   0, 0\n        JC    ZE, Loop\n        STOP",
     ),
@@ -56,7 +56,7 @@ MISTAKES: Final[Mapping[str, Mistake]] = MappingProxyType({
         "        SAP   4, 0, 500, 1\n        STOP", "        SAP   4, 0, 500\n        STOP",
     ),
     "E205": Mistake(
-        "MVP, RFS, CALC, CALCX, JC, WAIT and CLE begin with one of their words; a number does not stand for it.",
+        "MVP, RFS, CALC, CALCX, JC, WAIT and CLE start with one of their words; a number cannot replace it.",
         "        WAIT  TIME, 0, 10\n        STOP", "        WAIT  TICKS, 0, 10\n        STOP",
     ),
     "E206": Mistake(
@@ -64,20 +64,20 @@ MISTAKES: Final[Mapping[str, Mistake]] = MappingProxyType({
         "        SAP   300, 0, 5\n        STOP", "        SAP   5, 0, 300\n        STOP",
     ),
     "E301": Mistake(
-        "The label or constant is defined in none of the files; upper and lower case are the same.",
+        "No file of the program defines this label or constant; case does not matter.",
         "        ROR   0, Speed\n        STOP", "Speed = 500\n        ROR   0, Speed\n        STOP",
     ),
     "E302": Mistake(
-        "A name stands for one thing in the whole program, files that are included counted.",
+        "A name has one meaning in the whole program, including its include files.",
         "Loop:   STOP\nLOOP:   STOP", "Loop:   WAIT  TICKS, 0, 1\n        JA    Loop",
     ),
     "E303": Mistake(
-        "Constants are computed from the top; commands may use constants that stand below them.",
+        "Constants are computed from top to bottom; commands may use constants that are defined below them.",
         "Fast = Slow * 2\nSlow = 100\n        ROR   0, Fast\n        STOP",
         "Slow = 100\nFast = Slow * 2\n        ROR   0, Fast\n        STOP",
     ),
     "E304": Mistake(
-        "The address that a label stands for is an operand of JA, JC and CSUB alone.",
+        "Only JA, JC and CSUB take the address of a label.",
         "Loop:   ROR   0, Loop\n        JA    Loop", "Speed = 500\nLoop:   ROR   0, Speed\n        JA    Loop",
     ),
     "E401": Mistake(
@@ -85,18 +85,18 @@ MISTAKES: Final[Mapping[str, Mistake]] = MappingProxyType({
         "        ROR   0, 500 / 0\n        STOP", "        ROR   0, 500 / 2\n        STOP",
     ),
     "E402": Mistake(
-        "The program says what must hold: constants are out of the range that it can work with.",
+        "The constants do not meet a condition that the program states.",
         "Speed = 3000\n#assert Speed <= 2047\n        ROR   0, Speed\n        STOP",
         "Speed = 2000\n#assert Speed <= 2047\n        ROR   0, Speed\n        STOP",
     ),
     "E501": Mistake(
-        "The file is neither beside the one that includes it nor on the include path. While it is missing, unknown "
+        "The file is neither in the folder of the including file nor on the include path. While it is missing, unknown "
         "names are not reported.",
         "#include missing.inc\n        STOP",
         "#include TMCLParam.tmc\n        SAP   APMaxAcceleration, 0, 200\n        STOP",
     ),
     "E502": Mistake(
-        "A file is taken once, in the place of its first #include; a circle has no such place.",
+        "A file is included once, at its first #include; a file that includes itself has no end.",
         "#include program.tmc\n        STOP", "        STOP",
     ),
     "E503": Mistake(
@@ -133,5 +133,5 @@ def _nature(code: str) -> str:
     if code not in RULES:
         return "*Error.*"
     rule = RULES[code]
-    switched = "" if rule.on else ", off unless asked for"
+    switched = "" if rule.on else ", off by default"
     return f"*{rule.severity.capitalize()}{switched}.* {f'Fix: {rule.fix}' if rule.fix else 'No fix'}."

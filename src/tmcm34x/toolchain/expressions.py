@@ -158,7 +158,7 @@ class _Compiler:
         return Expression(self.tokens[0].start, last.end, tuple(self.steps))
 
     def take_operand(self, index: int, token: Token) -> bool:
-        """Takes a token where an operand may begin; tells whether one is still wanted."""
+        """Takes a token where an operand may begin; returns whether one is still needed."""
         if token.kind == "number":
             self.steps.append(("number", token, number_value(token.text)))
             return False
@@ -182,7 +182,7 @@ class _Compiler:
         return True
 
     def take_operator(self, token: Token) -> bool:
-        """Takes a token where an operand is complete; tells whether another one is wanted."""
+        """Takes a token where an operand is complete; returns whether another one is needed."""
         if token.text == ")":
             self.flush(_OPEN)
             if not self.waiting:
@@ -261,7 +261,7 @@ _NOTATIONS: Final = tuple(
         (r"(\d+)[_'](\d+)", r"\1\2", "digits stand together: {}"),
     )
 )
-"""Numbers of other languages: what they look like, what TMCL writes, and what to say."""
+"""Numbers of other languages: what they look like, how TMCL writes them, and the hint."""
 
 
 def lexical_error(token: Token) -> ExpressionError:

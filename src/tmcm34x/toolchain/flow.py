@@ -1,6 +1,6 @@
 """Where a program can go: successors, calls, loops, without running it.
 
-Every condition may turn out either way, and a call goes on behind its CSUB if the subroutine can reach an
+Every condition may turn out either way, and a call goes on after its CSUB if the subroutine can reach an
 RSUB.  All answers take time in proportion to the program's length.
 
 Source: manual 6.7.18 to 6.7.23.
@@ -23,7 +23,7 @@ Edges = Sequence[Sequence[int]]
 class Flow:
     """The control flow graph of a program.
 
-    Nodes are addresses; the one behind the last instruction, `end`, stands for running past the end.
+    Nodes are addresses; the one after the last instruction, `end`, stands for running past the end.
     entries: where the program may be started
     """
 
@@ -157,7 +157,7 @@ class Flow:
         return {address: levels[number] for address, number in place.items()}
 
     def _comes_back(self, address: int, returning: set[int]) -> bool:
-        """Whether the program can go on behind an address that may be a call."""
+        """Whether the program can go on after an address that may be a call."""
         target = self.calls.get(address)
         return target is None or target in returning or address in self._overflowing
 

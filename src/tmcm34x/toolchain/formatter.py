@@ -23,7 +23,7 @@ _MNEMONIC_COLUMN: Final = (8, 24)
 """Least and greatest width of the label column."""
 _MNEMONIC_WIDTH: Final = 6
 _COMMENT_COLUMN: Final = (32, 64)
-"""Least and greatest column of comments behind a command; longer lines put theirs two blanks behind."""
+"""Least and greatest column of comments after a command; longer lines have theirs after two spaces."""
 _SPACED: Final = frozenset("+-*/")
 _LINE_END: Final = re.compile("\r\n|\r|\n")
 _LEXICAL: Final = frozenset({"E101", "E102"})

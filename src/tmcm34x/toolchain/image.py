@@ -24,7 +24,7 @@ _DATA, _END, _SEGMENT, _SEGMENT_START, _LINEAR, _LINEAR_START = range(6)
 
 
 class ImageError(ValueError):
-    """A file that is no program image; the text tells the place, as byte offset or line."""
+    """A file that is not a program image, with the position as byte offset or line."""
 
 
 def pack_binary(program: Iterable[Instruction]) -> bytes:

@@ -60,7 +60,7 @@ def _camel(key: str) -> str:
 
 
 def unquoted(name: str) -> str:
-    """The name of a file as written behind `#include`, without quotes or angle brackets."""
+    """The name of a file as written after `#include`, without quotes or angle brackets."""
     return name[1:-1] if len(name) > 2 and _QUOTES.get(name[0]) == name[-1] else name
 
 

@@ -142,7 +142,7 @@ class Map:
         return steps
 
     def _next(self, node: int) -> list[int]:
-        """Where the program goes behind an address; nowhere behind a WAIT or STOP."""
+        """Where the program goes after an address; nowhere after a WAIT or STOP."""
         instruction = self.flow.program[node]
         if instruction is None or instruction.number in (_WAIT, STOP):
             return []

@@ -86,7 +86,7 @@ class Messages:
         return shown(text.partition("//")[0].strip(BLANKS) or "a comment")
 
     def repaired(self) -> bool:
-        """Report what the line was meant to be; whether that can be told."""
+        """Report what the line was meant to be; whether that can be determined."""
         found = repair(self.text) if self._affordable() else None
         if found is None:
             return False

@@ -91,7 +91,7 @@ class Names:
     # Names that are not defined
 
     def _miss(self, name: Token, wanted: SymbolKind) -> Symbol:
-        """Raises what there is to say of a name that is not defined."""
+        """Raises the diagnostic of a name that is not defined."""
         key = name.text.upper()
         if key in FUNCTIONS:
             text = f"the function {key} needs its operand in parentheses"
@@ -105,7 +105,7 @@ class Names:
         raise ExpressionError("E301", name.start, name.end, text, only(near))
 
     def _look_for_comment(self, name: Token) -> None:
-        """A name behind `--` or `/` may begin a comment of another language."""
+        """A name after `--` or `/` may begin a comment of another language."""
         before = self._messages.text[: name.start].rstrip(BLANKS)
         for marker in ("--", "/"):
             if before.endswith((f" {marker}", f"\t{marker}")):

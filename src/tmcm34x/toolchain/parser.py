@@ -117,7 +117,7 @@ class Line(NamedTuple):
 
 
 def is_not(operand: Operand | None) -> bool:
-    """Whether an operand is the word NOT, behind which CALC needs no number."""
+    """Whether an operand is the word NOT, after which CALC needs no number."""
     return isinstance(operand, Token) and operand.text.upper() == "NOT"
 
 

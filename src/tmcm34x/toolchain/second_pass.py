@@ -31,7 +31,7 @@ _DATA_FIELDS: Final = ("number", "type", "motor", "value")
 
 
 class _Shape(NamedTuple):
-    """A row of the command table as this pass wants it: by operands and spare numbers in source order."""
+    """A row of the command table as this pass needs it: by operands and spare numbers in source order."""
 
     row: Row
     required: int

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 class Recorder(Protocol):
-    """Somebody who writes down what a rig does."""
+    """Records what a rig does."""
 
     due: int
-    """The clock at which it wants to look, whatever happens; `NEVER` for none."""
+    """The clock at which it must look next, whatever happens; `NEVER` for none."""
 
     def before(self, now: int) -> None:
         """The rig is about to be brought to `now`, at most to its next event."""
@@ -39,7 +39,7 @@ class Trace:
         return self.rig.now
 
     def next_event(self) -> int:
-        """The rig's next event, or the next clock at which a recorder wants to look."""
+        """The rig's next event, or the next clock at which a recorder must look."""
         return min([self.rig.next_event(), *(recorder.due for recorder in self.recorders)])
 
     def advance(self, now: int) -> None:

@@ -33,7 +33,7 @@ def actions(program: Analysis, file: str, first_line: int, last_line: int) -> li
 
 
 def _ignore(program: Analysis, item: Diagnostic) -> Fix:
-    """The comment that keeps a rule quiet on its line."""
+    """The comment that suppresses a rule on its line."""
     place = item.location
     text = program.text(place.file, place.line - 1)
     end = len(text) + 1

@@ -1,8 +1,8 @@
 """Likely mistakes in programs that assemble: what the module will refuse, never reach or wear out.
 
 `rules.RULES` is the table: code, severity, what it means and why it matters.  A comment `// lint: ignore W101` on a
-line keeps these findings quiet there, `// lint: ignore` all of them; `// lint: off W101` does so in the whole
-program.  Rules about the way through the program wait until the text has no errors; those about single commands do
+line suppresses these findings there, `// lint: ignore` all of them; `// lint: off W101` does so in the whole
+program.  Rules about the control flow wait until the text has no errors; those about single commands do
 not.
 """
 

@@ -169,7 +169,7 @@ def _surplus(found: Findings, code: Code, instruction: Instruction, spare: tuple
     for field in spare[:1] if ends else spare:
         if ends or getattr(instruction, field):
             name = name_of(code)
-            text = f"{name} does not look at its {field} field"
+            text = f"{name} ignores its {field} field"
             if name in ("AAP", "AGP", "ACO"):
                 text += ": it takes the value from the accumulator"
             place = field_location(code, field)
@@ -177,7 +177,7 @@ def _surplus(found: Findings, code: Code, instruction: Instruction, spare: tuple
 
 
 def _without(code: Code, place: Location) -> Iterator[Fix]:
-    """The fix that takes an operand away, and all behind it, which have no effect either."""
+    """The fix that takes an operand away, and all after it, which have no effect either."""
     statement = code.line.statement
     if not isinstance(statement, parser.Command) or place == code.location:
         return
@@ -215,7 +215,7 @@ def _fractions(found: Findings, code: Code, row: Command) -> None:
         if value is not None and value != round(value):
             place = field_location(code, operand.field)
             fix = Fix(f"Write {round(value)}", (Edit(place, str(round(value))),))
-            text = f"the {operand.name} {value:.15g} is rounded to {round(value)}"
+            text = f"{value:.15g} is rounded to {round(value)} ({operand.name} of {row.mnemonic})"
             found.report("W310", place, text, [fix] if is_number(written) else [])
 
 

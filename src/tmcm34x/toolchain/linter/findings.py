@@ -57,12 +57,12 @@ class Findings:
         return frozenset(word.upper() for text in texts for word in re.findall(r"\w+", text))
 
     def report(self, code: str, location: Location, text: str, fixes: Iterable[Fix] = ()) -> None:
-        """Add a finding, unless a comment on its line keeps it quiet."""
+        """Add a finding, unless a comment on its line suppresses it."""
         if not self.ignored(code, location):
             self.items.append(Diagnostic(location, RULES[code].severity, code, text, tuple(fixes)))
 
     def gather(self, code: str, location: Location, text: str) -> None:
-        """Add a finding that is told once, at its first line, however often it comes."""
+        """Add a finding that is reported once, at its first line, however often it occurs."""
         if not self.ignored(code, location):
             self._gathered.setdefault((code, text), []).append(location)
 
@@ -78,7 +78,7 @@ class Findings:
         self._gathered.clear()
 
     def ignored(self, code: str, location: Location) -> bool:
-        """Whether a rule is off, or a comment on the line keeps it quiet."""
+        """Whether a rule is off, or a comment on the line suppresses it."""
         if code not in self.rules:
             return True
         line = self.assembly.lines[location.file][location.line - 1]

@@ -13,7 +13,7 @@ from tmcm34x.toolchain.tokens import BLANKS, Token
 
 
 def insertion(found: Findings, codes: Iterable[Code], command: str) -> tuple[Fix, ...]:
-    """The fix that puts a command before others, behind the labels of their lines."""
+    """The fix that puts a command before others, after the labels of their lines."""
     if not _addresses_are_labels(found):
         return ()
     edits = (Edit(c.location._replace(end=c.location.column), f"{command}\n        ") for c in codes)

@@ -1,7 +1,7 @@
-"""Rules about motion: moves that cannot end, targets that move nothing, waits for what never comes.
+"""Rules about motion: moves that cannot end, targets that move nothing, waits that never end.
 
 They look at a program as it stands, command by command in the order of its addresses, and take no jump back into
-account: what they name is wrong on the way that the text shows.
+account: what they report is wrong on the path that the text shows.
 
 Source: manual 6.7.22, 7.1; fidelity TOOL-16.
 """
@@ -60,7 +60,7 @@ class _Still:
             where = self._zero.pop((motor, parameter), None)
             if where is not None:
                 name = axis_parameters.BY_NUMBER[parameter].name
-                text = f"with a {name} of 0, motor {motor} never arrives where address {address} sends it"
+                text = f"with a {name} of 0, motor {motor} never reaches the target of address {address}"
                 self._found.report("W311", field_location(self._found.assembly.code[where], "value"), text)
 
 
@@ -72,7 +72,7 @@ def still(found: Findings, _flow: Flow, program: Numbered) -> None:
 
 
 def divisors(found: Findings, _flow: Flow, program: Numbered) -> None:
-    """A divisor set behind the acceleration (W312)."""
+    """A divisor set after the acceleration (W312)."""
     places: dict[tuple[int, int], list[int]] = {}
     for address, (number, type_, motor, _) in program:
         if number in _SETS:
@@ -81,7 +81,7 @@ def divisors(found: Findings, _flow: Flow, program: Numbered) -> None:
         acceleration = places.get((AP.MAX_ACCELERATION, motor), [address])
         if number == COMMAND.SAP and type_ in _DIVISORS and acceleration[-1] < address:
             name = axis_parameters.BY_NUMBER[type_].name
-            text = f"the {name} is set behind the acceleration of motor {motor} (address {acceleration[0]})"
+            text = f"the {name} is set after the acceleration of motor {motor} (address {acceleration[0]})"
             found.report("W312", found.assembly.code[address].location, text)
 
 
@@ -132,5 +132,5 @@ def arrivals(found: Findings, _flow: Flow, program: Numbered) -> None:
     for address, instruction in program:
         waits = instruction.number == COMMAND.WAIT and instruction.type == _POS
         if waits and instruction.motor < MOTORS and instruction.motor not in sent:
-            text = f"nothing in this program sends motor {instruction.motor} to a position"
+            text = f"no command of this program gives motor {instruction.motor} a target"
             found.report("W314", found.assembly.code[address].location, text)

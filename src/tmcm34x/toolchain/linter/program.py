@@ -1,4 +1,4 @@
-"""Rules about names and about the way through the whole program."""
+"""Rules about names and about the control flow of the whole program."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def check_names(found: Findings) -> None:
                 found.report("W401", symbol.definition, text, forgetting(found, symbol))
             key = symbol.name.upper()
             if symbol.kind == "constant" and (key in _WORDS or key in FUNCTIONS or key in BY_MNEMONIC):
-                found.report("W402", symbol.definition, f"{key} is also a word of the language")
+                found.report("W402", symbol.definition, f"{key} is also a TMCL word")
 
 
 def _entered(found: Findings, symbol: Symbol) -> bool:
@@ -44,7 +44,7 @@ def _entered(found: Findings, symbol: Symbol) -> bool:
 
 
 def check_flow(found: Findings, flow: Flow) -> None:
-    """Report what the ways through the program show (W101 to W106, W202)."""
+    """Report what the control flow shows (W101 to W106, W202)."""
     codes = found.assembly.code
     _unreached(found, flow)
     if _runs_past_end(flow):
@@ -52,7 +52,7 @@ def check_flow(found: Findings, flow: Flow) -> None:
     _calls(found, flow)
     for address in sorted(flow.looping):
         if address < flow.end and _writes_eeprom(found, codes[address]):
-            found.report("W202", codes[address].location, "the EEPROM is written at each turn of a loop")
+            found.report("W202", codes[address].location, "the EEPROM is written in each pass of a loop")
 
 
 def _calls(found: Findings, flow: Flow) -> None:
@@ -61,10 +61,10 @@ def _calls(found: Findings, flow: Flow) -> None:
         if address < flow.end and _number_of(codes[address]) == RSUB:
             found.report("W104", codes[address].location, "no call is open here: RSUB is ignored")
     for address in sorted(flow.recursive):
-        found.report("W105", codes[address].location, "this subroutine comes to call itself")
+        found.report("W105", codes[address].location, "this call is recursive")
     for address in flow.calls:
         if flow.depth.get(address) == STACK_DEPTH and address not in flow.recursive:
-            text = f"{STACK_DEPTH} calls may be open here already: this one is ignored then"
+            text = f"{STACK_DEPTH} calls may be open here already; this one is then ignored"
             found.report("W103", codes[address].location, text)
 
 
@@ -79,13 +79,13 @@ def _unreached(found: Findings, flow: Flow) -> None:
             start = address
         elif reached and start is not None:
             count = address - start
-            text = "this is never reached" if count == 1 else f"these {count} instructions are never reached"
+            text = "unreachable instruction" if count == 1 else f"{count} unreachable instructions"
             found.report("W101", found.assembly.code[start].location, text)
             start = None
 
 
 def _runs_past_end(flow: Flow) -> bool:
-    """Whether the last instruction leads on to the one behind it."""
+    """Whether the last instruction leads on to the one after it."""
     last = flow.end - 1
     instruction = flow.program[last]
     if last not in flow.reachable or instruction is None or flow.end not in flow.steps[last]:

@@ -131,7 +131,7 @@ def _lost(found: Findings, flow: Flow, effects: list[Effect]) -> None:
     after = _used_after(flow, effects)
     for address in sorted(flow.reachable):
         if address < flow.end and effects[address].loads and not after[address]:
-            text = "what is read here is overwritten or left before it is used"
+            text = "the value read here is overwritten or never used"
             where = found.assembly.code[address]
             fixes = removal(found, where) if _is_harmless(flow.program[address]) else ()
             found.report("W502", where.location, text, fixes)
@@ -150,7 +150,7 @@ def _is_harmless(instruction: Instruction | None) -> bool:
 
 
 def _used_after(flow: Flow, effects: list[Effect]) -> list[bool]:
-    """Whether the accumulator may be used behind each address before it is set again."""
+    """Whether the accumulator may be used after each address before it is set again."""
     number_of = [-1 if i is None else i.number for i in flow.program]
     before: list[list[int]] = [[] for _ in range(flow.end + 1)]
     returns = [address for address, number in enumerate(number_of) if number == RSUB]

@@ -1,4 +1,4 @@
-"""The rules: code, severity, what each one means and why it matters; and the comments that keep them quiet."""
+"""The rules: code, severity, what each one means and why it matters; and the comments that suppress them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Rule(NamedTuple):
     """One row of `RULES`.
 
     example: a program that the rule finds fault with, and `cure` one that does the same without
-    on: whether the rule is on unless asked for
+    on: whether the rule is on by default
     fix: what the fix does that editors offer; empty where none is certain to be right
     """
 
@@ -29,8 +29,8 @@ class Rule(NamedTuple):
 
 RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     "W101": Rule(
-        "warning", "code that is never reached",
-        "No way through the program leads there. Often a label is missing, or a jump goes elsewhere than meant.",
+        "warning", "unreachable code",
+        "No path of the program leads there. Often a label is missing, or a jump has the wrong target.",
         "        STOP\n"
         "        ROR   0, 500            // nothing leads here\n"
         "        STOP\n",
@@ -49,7 +49,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W103": Rule(
         "warning", "more than eight calls open",
-        "The stack holds eight return addresses. A ninth CSUB is ignored: the program goes on behind it as if the "
+        "The stack holds eight return addresses. A ninth CSUB is ignored: the program goes on after it as if the "
         "subroutine had run.",
         "        CSUB  S1\n"
         "        STOP\n"
@@ -78,7 +78,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W104": Rule(
         "warning", "RSUB with no call open",
-        "RSUB is ignored when no CSUB is open: the program falls into the code behind it.",
+        "RSUB is ignored when no CSUB is open: the program runs on into the code after it.",
         "        ROR   0, 500\n"
         "        RSUB\n",
         "        CSUB  Turn\n"
@@ -101,7 +101,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W106": Rule(
         "warning", "a jump out of the program",
-        "Behind the last instruction the memory holds what an earlier program left there, or nothing.",
+        "After the last instruction the memory holds what an earlier program left there, or nothing.",
         "        JA    7\n",
         "Loop:   WAIT  TICKS, 0, 10\n"
         "        JA    Loop\n",
@@ -109,7 +109,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     "W201": Rule(
         "warning", "waiting for a switch or reference search without a time-out",
         "A broken switch or a blocked axis holds the program for ever. Give the time-out in ticks of 10 ms and "
-        "ask for it with JC ETO.",
+        "test it with JC ETO.",
         "        WAIT  REFSW, 0, 0\n"
         "        STOP\n",
         "        WAIT  REFSW, 0, 1000\n"
@@ -117,20 +117,20 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n"
         "Failed: CLE   ETO\n"
         "        STOP\n",
-        fix="gives the wait 30 s",
+        fix="sets a time-out of 30 s",
     ),
     "W202": Rule(
         "warning", "EEPROM written in a loop",
         "An EEPROM cell takes a limited number of writes, and each one takes time: a loop uses them up in hours. "
-        "Keep such values in user variables and store them when they are final.",
+        "Keep such values in user variables and store the final ones.",
         "Loop:   STAP  4, 0\n"
         "        JA    Loop\n",
         "        STAP  4, 0\n"
         "        STOP\n",
     ),
     "W203": Rule(
-        "information", "the time-out flag is asked for but never cleared",
-        "ETO stays set until CLE ETO or CLE ALL: the next JC ETO jumps even if its own wait was in time.",
+        "information", "the time-out flag is tested but never cleared",
+        "ETO stays set until CLE ETO or CLE ALL: the next JC ETO jumps even if its own WAIT ended in time.",
         "        WAIT  REFSW, 0, 1000\n"
         "        JC    ETO, Failed\n"
         "        STOP\n"
@@ -141,7 +141,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n"
         "Failed: CLE   ETO\n"
         "        STOP\n",
-        fix="puts CLE ETO where the time-out leads to, unless something else leads there too",
+        fix="inserts CLE ETO where the time-out leads, unless other paths lead there too",
     ),
     "W204": Rule(
         "information", "EEPROM written at each automatic start",
@@ -172,8 +172,8 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W206": Rule(
         "information", "a loop that polls without a WAIT",
-        "The loop reads as often as the module can. A WAIT TICKS in it leaves the processor to the motors and to "
-        "the host. Off unless asked for.",
+        "The loop reads as often as the module can. A WAIT TICKS in it leaves processor time to the motors and "
+        "to the host. Off by default.",
         "Loop:   GIO   0, 0\n"
         "        JC    ZE, Loop\n"
         "        STOP\n",
@@ -181,7 +181,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        GIO   0, 0\n"
         "        JC    ZE, Loop\n"
         "        STOP\n", on=False,
-        fix="puts WAIT TICKS, 0, 1 into the loop",
+        fix="inserts WAIT TICKS, 0, 1 into the loop",
     ),
     "W301": Rule(
         "warning", "value out of the parameter's range",
@@ -190,7 +190,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n",
         "        SAP   140, 0, 6\n"
         "        STOP\n",
-        fix="takes the nearest value in range",
+        fix="changes the value to the nearest one in range",
     ),
     "W302": Rule(
         "warning", "a parameter that this model does not have",
@@ -201,7 +201,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n",
     ),
     "W303": Rule(
-        "warning", "a motor that is not there",
+        "warning", "a motor that does not exist",
         "The modules have three motors, 0 to 2. MVP COORD also takes $80 + mask and $40 + mask, CCO 7, SCO and "
         "GCO 255.",
         "        ROR   3, 500\n"
@@ -229,7 +229,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W306": Rule(
         "warning", "a parameter that is not stored",
-        "STAP and RSAP know the parameters marked E; STGP and RSGP the user variables in bank 2, and with numbers "
+        "STAP and RSAP take the parameters marked E; STGP and RSGP take the user variables in bank 2, and with numbers "
         "7 and 23 of bank 0 the two tables of the motion chip. All else in bank 0 is stored by SGP itself.",
         "        STAP  1, 0\n"
         "        STOP\n",
@@ -243,7 +243,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n",
         "        MVP   ABS, 0, 8388607\n"
         "        STOP\n",
-        fix="takes the nearest value in range",
+        fix="changes the value to the nearest one in range",
     ),
     "W308": Rule(
         "warning", "a coordinate that is never set",
@@ -267,18 +267,18 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n",
     ),
     "W310": Rule(
-        "warning", "a fraction that is rounded away",
+        "warning", "a fraction that is lost by rounding",
         "The fields of a command hold whole numbers: the assembler rounds to the nearest, halves to the even one. "
         "WAIT POS, 0, 0.4 waits without a time-out, and SAP 0.4, 0, 5000 moves motor 0.",
         "        WAIT  TICKS, 0, 0.4\n"
         "        STOP\n",
         "        WAIT  TICKS, 0, 4\n"
         "        STOP\n",
-        fix="writes the rounded number, where a number stands there",
+        fix="writes the rounded number, unless it is an expression",
     ),
     "W311": Rule(
         "warning", "a move with speed or acceleration 0",
-        "A motor whose positioning speed (4) or acceleration (5) is 0 never arrives; a WAIT POS behind it waits "
+        "A motor whose positioning speed (4) or acceleration (5) is 0 never arrives; a WAIT POS after it waits "
         "for ever.",
         "        SAP   4, 0, 0\n"
         "        MVP   ABS, 0, 1000\n"
@@ -288,7 +288,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n",
     ),
     "W312": Rule(
-        "warning", "a divisor set behind the acceleration",
+        "warning", "a divisor set after the acceleration",
         "The unit of the acceleration (5) depends on the divisors 153 and 154, and older firmware computes the "
         "ramp when 5 is set. Set the divisors first.",
         "        SAP   5, 0, 200\n"
@@ -300,8 +300,8 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W313": Rule(
         "warning", "a target position set in velocity mode",
-        "Behind ROR, ROL or MST the motor is in velocity mode: parameter 0 changes the target and moves nothing. "
-        "MVP ABS changes to position mode.",
+        "After ROR, ROL or MST the motor is in velocity mode: parameter 0 changes the target and moves nothing. "
+        "MVP ABS switches to position mode.",
         "        ROR   0, 500\n"
         "        SAP   0, 0, 1000\n"
         "        STOP\n",
@@ -310,9 +310,9 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n",
     ),
     "W314": Rule(
-        "warning", "waiting for a position that nothing sends the motor to",
-        "WAIT POS goes on when the motor is at its target. Nothing in the program gives this motor one; often the "
-        "number of the motor is wrong.",
+        "warning", "waiting for the position of a motor without a target",
+        "WAIT POS goes on when the motor is at its target. No command of the program gives this motor one; often "
+        "the motor number is wrong.",
         "        MVP   ABS, 0, 1000\n"
         "        WAIT  POS, 1, 0\n"
         "        STOP\n",
@@ -332,7 +332,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W316": Rule(
         "information", "a user variable that is read and never written",
-        "It is 0 unless a host or an earlier program writes it. Off unless asked for, because hosts may.",
+        "It is 0 unless a host or an earlier program writes it. Off by default, because hosts may.",
         "        GGP   5, 2\n"
         "        AAP   0, 0\n"
         "        STOP\n",
@@ -343,7 +343,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W401": Rule(
         "information", "a name that is never used",
-        "A left-over, or a sign that another name was meant.",
+        "A leftover, or a sign that another name was meant.",
         "Speed = 500\n"
         "        STOP\n",
         "Speed = 500\n"
@@ -352,8 +352,8 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         fix="removes the definition",
     ),
     "W402": Rule(
-        "information", "a constant called like a word of the language",
-        "Where a command takes that word, the word wins.",
+        "information", "a constant with the name of a TMCL word",
+        "Where a command takes the word, the word counts and not the constant.",
         "POS = 5\n"
         "        ROR   0, POS\n"
         "        STOP\n",
@@ -363,7 +363,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W403": Rule(
         "warning", "a surplus number that has no effect",
-        "The command does not look at this field; a common cause is AAP or AGP written like SAP or SGP, although "
+        "The command ignores this field; a common cause is AAP or AGP written like SAP or SGP, although "
         "they take their value from the accumulator.",
         "        GAP   1, 0\n"
         "        AAP   0, 1, 1000\n"
@@ -375,7 +375,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W501": Rule(
         "warning", "a register used before it is loaded",
-        "No way to this command loads the accumulator, or X: it holds what an earlier program left there.",
+        "No path to this command loads the accumulator, or X: it holds what an earlier program left there.",
         "        CALC  ADD, 1\n"
         "        AGP   0, 2\n"
         "        STOP\n",
@@ -398,11 +398,11 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        CALCX SUB\n"
         "        AGP   0, 2\n"
         "        STOP\n",
-        fix="removes the command, unless reading acts in the module",
+        fix="removes the command, unless reading has an effect in the module",
     ),
     "W503": Rule(
-        "warning", "a comparison that was never made",
-        "EQ, NE, GT, GE, LT and LE ask for the result of the last COMP; there is none on any way to this JC. "
+        "warning", "a condition without a comparison",
+        "EQ, NE, GT, GE, LT and LE test the result of the last COMP; no path to this JC has one. "
         "After reading a value, ZE and NZ need no COMP.",
         "Loop:   GIO   0, 0\n"
         "        JC    EQ, Loop\n"
@@ -411,7 +411,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        COMP  0\n"
         "        JC    EQ, Loop\n"
         "        STOP\n",
-        fix="puts COMP 0 before the jump",
+        fix="inserts COMP 0 before the jump",
     ),
     "W504": Rule(
         "warning", "a value that is written over",
@@ -429,14 +429,14 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
 """All rules, by code."""
 
 DEFAULT: Final = frozenset(code for code, rule in RULES.items() if rule.on)
-"""The rules that are on unless asked otherwise."""
+"""The rules that are on by default."""
 
 _IGNORE: Final = re.compile(r"lint:\s*ignore\b((?:[\s,]*\bW\d+)*)", re.IGNORECASE)
 _SWITCH: Final = re.compile(r"//.*?\blint:\s*(on|off)\b((?:[\s,]*\bW\d+)+)", re.IGNORECASE)
 
 
 def ignored_codes(comment: str) -> frozenset[str] | None:
-    """The codes that a comment keeps quiet on its line: none, some, or None for all."""
+    """The codes that a comment suppresses on its line: none, some, or None for all."""
     match = _IGNORE.search(comment)
     if match is None:
         return frozenset()

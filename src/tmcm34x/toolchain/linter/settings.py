@@ -1,7 +1,7 @@
 """Rules about parameters, variables, flags and the EEPROM: settings that have no effect or cannot be meant.
 
 They look at a program as it stands, command by command in the order of its addresses, and take no jump back into
-account: what they name is wrong on the way that the text shows.
+account: what they report is wrong on the path that the text shows.
 
 Source: manual 6.7.22, 7.1; fidelity TOOL-16.
 """

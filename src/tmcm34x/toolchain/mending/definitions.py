@@ -25,7 +25,7 @@ def directive(line: Text) -> Iterator[Repair]:
     match = _DEFINED.match(line.text, line.body)
     if match is not None:
         place = match.end(2)
-        text = "there is no #define; a constant is written NAME = VALUE"
+        text = "TMCL has no #define; a constant is written NAME = VALUE"
         yield change("E103", text, (match.start(1), match.end(1), ""), (place, place, " ="), kind="define")
     match = _DIRECTIVE.match(line.text, line.body)
     if match is not None and _means_include(line, match):
@@ -69,7 +69,7 @@ def line_number(line: Text) -> Iterator[Repair]:
     if match is not None:
         yield change(
             "E103",
-            "lines have no numbers in TMCL",
+            "TMCL has no line numbers",
             (*match.span(1), ""),
             kind="number",
         )

@@ -1,7 +1,7 @@
 """Mistakes that go through a file: names that cannot be names, comments over several lines, habits.
 
 `mend` takes the lines of a file that are no sound ones and gives them back as they were meant, with one mistake
-each to report.  What follows a comment without slashes, or stands behind a number on each line, is one mistake.
+each to report.  What follows a comment without slashes, or a number at the start of each line, is one mistake.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class _File:
         return True
 
     def habit(self, _kind: str, found: list[tuple[int, Repair]]) -> None:
-        """Tells once what was found on several lines."""
+        """Reports once what was found on several lines."""
         first, what = found[0]
         more = f" ({len(found)} lines)" if len(found) > 1 else ""
         changes = tuple((index + 1, change) for index, one in found for change in one.changes)
@@ -111,7 +111,7 @@ class _File:
                 continue
             last = self.end_of_block(first, start)
             changes = tuple(self.uncommented(first, last, start))
-            text = "a comment begins with // and ends with its line; there is no /* */"
+            text = "a comment begins with // and ends with its line; TMCL has no /* */"
             self.mistakes.append(Mistake(first + 1, "E101", start, start + 2, text, changes))
             taken |= {number for number in range(first, last + 1) if self.believe(number, changes)}
         return taken
@@ -221,7 +221,7 @@ class _File:
         return self.take(index, Repair("E101", start, tokens[-1].end, what, changes, "rest of comment"))
 
     def lacks_colon(self, index: int) -> bool:
-        """Whether a line is a command behind a label without its colon."""
+        """Whether a line is a command after a label without its colon."""
         found = next((problem for problem in self.lines[index].problems if problem.replacement), None)
         if found is None or found.code != "E103" or found.replacement is None:
             return False
@@ -230,7 +230,7 @@ class _File:
         )
 
     def guessed(self, index: int) -> None:
-        """Says what a line may have meant where that is not certain."""
+        """Reports what a line may have meant where that is not certain."""
         statement = self.lines[index].statement
         unknown = isinstance(statement, parser.Command) and statement.mnemonic.upper() not in BY_MNEMONIC
         found = guess(self.texts[index]) if unknown else None

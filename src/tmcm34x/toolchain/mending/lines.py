@@ -18,7 +18,7 @@ from tmcm34x.toolchain.mending.text import LONGEST, Repair, Text, changed, take_
 
 @lru_cache(maxsize=4096)
 def repair(text: str, labels: frozenset[str] = frozenset()) -> Repair | None:
-    """What was meant by a line; None where nobody could tell.
+    """What was meant by a line; None where that cannot be determined.
 
     labels: those of the file, in upper case
     """
@@ -33,7 +33,7 @@ def repair(text: str, labels: frozenset[str] = frozenset()) -> Repair | None:
 
 
 def guess(text: str) -> Repair | None:
-    """What a line may have meant that no repair fits; None where there is no telling."""
+    """What a line may have meant that no repair fits; None where that cannot be determined."""
     return None if len(text) > LONGEST else next(vocabulary.guess(take_apart(text, frozenset())), None)
 
 

@@ -13,7 +13,7 @@ from tmcm34x.toolchain.mending.text import NAME, Change, Repair, Text, change
 from tmcm34x.toolchain.tokens import BLANKS, Token, tokenize
 
 _CALLED: Final = re.compile(rf"({NAME})\s*(\()(.*?)(\)?)\s*$", re.ASCII)
-_COLON: Final = "a label has its ':' only where it is defined"
+_COLON: Final = "a label is followed by ':' only where it is defined"
 _ANY_DIRECTIVE: Final = re.compile(
     r"#\s*(?:define|include|if|ifdef|ifndef|else|elif|endif|pragma|assert)\b", re.IGNORECASE
 )
@@ -31,7 +31,7 @@ def characters(line: Text) -> Iterator[Repair]:
     )
     if changes:
         wrong, right = line.text[changes[0][0]], changes[0][2]
-        wanted = f"; write {right!r}" if right.strip() else "; write a blank" if right else ""
+        wanted = f"; write {right!r}" if right.strip() else "; write a space" if right else ""
         yield change(
             "E101", f"{wrong!r} is not a character of the language{wanted}", *changes, kind="character"
         )
@@ -52,7 +52,7 @@ def comma_after_command(line: Text) -> Iterator[Repair]:
     place = line.rest + len(blank)
     if line.text[place : place + 1] == "," and line.row is not None:
         new = "" if blank or line.text[place + 1 : place + 2] in BLANKS else " "
-        yield change("E103", f"no ',' stands behind {line.head.upper()}", (place, place + 1, new))
+        yield change("E103", f"{line.head.upper()} is not followed by ','", (place, place + 1, new))
 
 
 def parentheses(line: Text) -> Iterator[Repair]:
@@ -64,15 +64,18 @@ def parentheses(line: Text) -> Iterator[Repair]:
         if match[4]:
             changes.append((*match.span(4), ""))
         yield change(
-            "E103", f"operands stand behind {match[1].upper()} without parentheses", *changes, kind="call"
+            "E103",
+            f"the operands of {match[1].upper()} are written without parentheses",
+            *changes,
+            kind="call",
         )
 
 
 def at_the_end(line: Text) -> Iterator[Repair]:
-    """A comma, colon, semicolon or full stop behind the last operand."""
+    """A comma, colon, semicolon or full stop after the last operand."""
     code = line.text[: line.end].rstrip(BLANKS)
     if code and code[-1] in ",:;." and line.body < len(code) - 1:
-        what = _COLON if code[-1] == ":" and line.row else f"no {code[-1]!r} stands at the end"
+        what = _COLON if code[-1] == ":" and line.row else f"a line does not end with {code[-1]!r}"
         yield change("E103", what, (len(code) - 1, len(code), ""))
 
 
@@ -138,4 +141,4 @@ def prefix(line: Text) -> Iterator[Repair]:
     """`#500` for 500."""
     for match in re.finditer(r"#(?=[\d$%])", line.text[line.rest : line.end]):
         place = line.rest + match.start()
-        yield change("E101", "a number stands without '#'", (place, place + 1, ""))
+        yield change("E101", "a number is written without '#'", (place, place + 1, ""))

@@ -1,7 +1,7 @@
 """Names near a misspelt one.
 
 The distance counts letters that are wrong, missing or too many, and neighbours that changed places, each as one.
-All candidates of the least distance are named; which of them is meant, if any, is for the caller to tell.
+All candidates of the least distance are named; which of them is meant, if any, is for the caller to decide.
 
 Source: optimal string alignment, the restricted Damerau-Levenshtein distance.
 """

@@ -21,7 +21,7 @@ _HEAD: Final = re.compile(rf"({NAME})", re.ASCII)
 class Repair(NamedTuple):
     """What is wrong with a line, and the changes that make it right; none where that is not certain.
 
-    kind: of habits, which go through a whole file and are told once; else empty
+    kind: of habits, which run through a whole file and are reported once; else empty
     """
 
     code: str
@@ -49,7 +49,7 @@ class Text(NamedTuple):
 
     @property
     def after(self) -> str:
-        """The code behind the first word."""
+        """The code after the first word."""
         return self.text[self.rest : self.end]
 
 

@@ -42,7 +42,7 @@ def meaning(line: Text) -> Iterator[Repair]:
         start, after = line.body, line.after.lstrip(BLANKS)
         if not after:
             meant = meant.partition(" ")[0]
-        text = f"no command {line.head}; TMCL writes {meant.rstrip(',')}"
+        text = f"no command {line.head}; in TMCL it is {meant.rstrip(',')}"
         yield change("E201", text, (start, line.rest, meant))
 
 
@@ -90,7 +90,7 @@ def _glued_command(line: Text) -> Iterator[Repair]:
         )
         if known or left.isdecimal():
             place = line.body + len(name)
-            yield change("E103", f"a blank is missing behind {name}", (place, place, " "))
+            yield change("E103", f"a space is missing after {name}", (place, place, " "))
 
 
 def _glued_word(line: Text, row: Row) -> Iterator[Repair]:
@@ -103,7 +103,7 @@ def _glued_word(line: Text, row: Row) -> Iterator[Repair]:
             continue
         if left.isdecimal() or not _jumps(row):
             place = first.start + len(word)
-            yield change("E103", f"',' is missing behind {word}", (place, place, ", "))
+            yield change("E103", f"',' is missing after {word}", (place, place, ", "))
 
 
 def _jumps(row: Row) -> bool:
@@ -118,7 +118,7 @@ def split(line: Text) -> Iterator[Repair]:
             joined = before.text + after.text
             head = before.start == line.body
             if (joined.upper() in BY_MNEMONIC) if head else before.kind == "number":
-                text = f"a blank within {shown(joined)}"
+                text = f"a space within {shown(joined)}"
                 yield change("E103", text, (before.end, after.start, ""))
 
 
