@@ -49,6 +49,27 @@ function complete(configuration, usual) {
     return { ...more, include: includePath, ...configuration };
 }
 
+// The value under the menu: of a variable in the view, or what is selected in the source.
+function asked(item) {
+    if (item?.variable) return item.variable.evaluateName ?? item.variable.name;
+    const editor = vscode.window.activeTextEditor;
+    return editor?.document.getText(editor.selection).trim();
+}
+
+// The debug adapter goes back to just before the last write, and says what it was.
+async function whoWrote(item) {
+    const session = vscode.debug.activeDebugSession;
+    const value = asked(item) || (await vscode.window.showInputBox({ prompt: "A value, such as gp[3]" }));
+    if (!session || !value) return;
+    try {
+        const request = { expression: `who wrote ${value}?`, context: "repl" };
+        const { result } = await session.customRequest("evaluate", request);
+        vscode.window.showInformationMessage(`${value}: ${result}`);
+    } catch (error) {
+        vscode.window.showErrorMessage(error.message);
+    }
+}
+
 function activate(context) {
     const [debug] = context.extension.packageJSON.contributes.debuggers;
     context.subscriptions.push(
@@ -62,6 +83,7 @@ function activate(context) {
             resolveDebugConfiguration: (_folder, configuration) =>
                 complete(configuration, debug.initialConfigurations[0]),
         }),
+        vscode.commands.registerCommand("tmcl.whoWrote", whoWrote),
         vscode.workspace.onDidChangeConfiguration((change) => change.affectsConfiguration("tmcl.command") && start()),
     );
     start();
