@@ -53,9 +53,12 @@ import {
 import { clockText, short } from "./logic/units";
 import { Axes } from "./panels/axes";
 import { Bench, TimeControls } from "./panels/bench";
+import { Compare } from "./panels/compare";
 import { Direct } from "./panels/direct";
 import { Files } from "./panels/files";
 import { Listing } from "./panels/listing";
+import { Outline } from "./panels/outline";
+import { PromptWindow } from "./panels/prompt";
 import { Log } from "./panels/log";
 import { Machine } from "./panels/machine";
 import { Banner, Confirmation, Notices, Overview, Palette } from "./panels/overlays";
@@ -119,6 +122,7 @@ function TopBar() {
                 <ActionButton id="assemble" label />
                 <ActionButton id="download" label />
                 <ActionButton id="upload" />
+                <ActionButton id="follow" />
             </div>
             <span class="gap" />
             {can.value.bench && <Clock />}
@@ -200,6 +204,7 @@ const MAIN: Partial<Record<PageName, () => preact.JSX.Element>> = {
     parameters: Parameters,
     tools: Tools,
     listing: Listing,
+    compare: Compare,
 };
 
 function Main() {
@@ -239,9 +244,10 @@ const RIGHT: Record<Exclude<RightPanel, "">, [string, () => preact.JSX.Element]>
     machine: ["Machine", Machine],
     bench: ["Bench", Bench],
     program: ["Program", Program],
+    outline: ["Outline", Outline],
 };
 const AXES_ALONE = { axes: RIGHT.axes };
-const BESIDE = { machine: RIGHT.machine, bench: RIGHT.bench, program: RIGHT.program };
+const BESIDE = { machine: RIGHT.machine, bench: RIGHT.bench, program: RIGHT.program, outline: RIGHT.outline };
 /** A real module has no bench to draw. */
 const drawable = (name: string): boolean => can.value.bench || name !== "machine";
 const instead = <T extends string>(name: T): T | "bench" => (drawable(name) ? name : "bench");
@@ -488,6 +494,7 @@ function Page() {
             <Palette />
             <Overview />
             <Confirmation />
+            <PromptWindow />
         </div>
     );
 }

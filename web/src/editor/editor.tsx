@@ -29,12 +29,15 @@ import { computed, effect, signal, useSignal, useSignalEffect } from "@preact/si
 import { useEffect, useRef } from "preact/hooks";
 import { halted, held, loaded, program, running, tables, welcome } from "../logic/app";
 import { assembled } from "../logic/build";
-import { breakpoints, carryBreakpoints, placeOf, setBreakpoints, type Breakpoint } from "../logic/debugger";
+import { coverage } from "../logic/coverage";
+import { breakpoints, carryBreakpoints, hitsOf, placeOf, setBreakpoints, type Breakpoint } from "../logic/debugger";
 import { active, documents, goal, openFile, problems, reload, save, type TextDocument } from "../logic/documents";
+import { followOn, liveValues, visibleLines } from "../logic/live";
 import type { Problem } from "../wire";
 import { Icon } from "../widgets/icons";
 import { breakpointsOf, gutters, putAddresses, putBreakpoints, putExecution } from "./gutters";
 import { tmcl } from "./language";
+import { marks, putCoverage, putValues } from "./marks";
 import { searchPanel } from "./search";
 import { languageServer, lspExtension } from "./server";
 import { theme } from "./theme";
@@ -80,6 +83,7 @@ function extensions(document: TextDocument): Extension {
             },
         ),
         lineNumbers(),
+        marks((first, last) => active.peek() === document.path && see(document.path, first, last)),
         highlightActiveLineGutter(),
         autocompletion({ icons: false }),
         tmcl(tables.value),
@@ -112,6 +116,12 @@ function extensions(document: TextDocument): Extension {
             followEdits(document.path, update.view);
         }),
     ];
+}
+
+function see(path: string, first: number, last: number): void {
+    const before = visibleLines.peek();
+    if (before.path !== path || before.first !== first || before.last !== last)
+        visibleLines.value = { path, first, last };
 }
 
 /** Breakpoints move with their lines while the text is edited. */
@@ -149,7 +159,11 @@ function View({ document }: { document: TextDocument }) {
     const view = useRef<EditorView | null>(null);
     useSignalEffect(() => {
         shown.value = active.value === document.path;
-        if (shown.value && view.current) currentView.value = view.current;
+        if (!shown.value || !view.current) return;
+        currentView.value = view.current;
+        const { doc } = view.current.state;
+        const { from, to } = view.current.viewport;
+        see(document.path, doc.lineAt(from).number, doc.lineAt(to).number);
     });
     useEffect(() => {
         const created = new EditorView({
@@ -157,7 +171,10 @@ function View({ document }: { document: TextDocument }) {
             parent: host.current!,
         });
         view.current = created;
-        if (active.peek() === document.path) currentView.value = created;
+        if (active.peek() === document.path) {
+            currentView.value = created;
+            see(document.path, 1, created.state.doc.lineAt(created.viewport.to).number);
+        }
         document.show = text => {
             if (created.state.doc.toString() === text) return;
             const { head } = created.state.selection.main;
@@ -194,7 +211,12 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
                 .filter(point => point.path === document.path)
                 .map(point => {
                     const found = placeOf(point);
-                    return { ...point, verified: found?.verified ?? false, reason: found?.message ?? "" };
+                    return {
+                        ...point,
+                        verified: found?.verified ?? false,
+                        reason: found?.message ?? "",
+                        met: hitsOf(point),
+                    };
                 });
             view.dispatch({ effects: putBreakpoints.of(lines) });
         }),
@@ -211,6 +233,12 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
             const line = executed.value;
             const here = line && line.path === document.path && line.line > 0;
             view.dispatch({ effects: putExecution.of(here ? { line: line.line, held: halted.value } : null) });
+        }),
+        effect(() => {
+            view.dispatch({ effects: putCoverage.of(coverage.value?.get(document.path) ?? null) });
+        }),
+        effect(() => {
+            view.dispatch({ effects: putValues.of(liveValues.value.get(document.path) ?? new Map()) });
         }),
         effect(() => {
             if (languageServer.value) return;
@@ -236,17 +264,33 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
     ];
 }
 
-/** The debugger held the program: bring its line into view, opening the file if needed. */
+/** Bring the line that the module executes into view, opening its file if needed. */
+async function showExecuted(): Promise<void> {
+    const line = loaded.peek()?.lines[counter.peek()];
+    if (!line?.line) return;
+    if (active.peek() !== line.path && !(await openFile(line.path))) return;
+    const view = currentView.peek();
+    if (!view || line.line > view.state.doc.lines) return;
+    view.dispatch({ effects: EditorView.scrollIntoView(view.state.doc.line(line.line).from, { yMargin: 60 }) });
+}
+
+/** The debugger held the program. */
 effect(() => {
     if (!held.value) return;
-    const line = loaded.peek()?.lines[counter.value];
-    if (!line?.line) return;
-    void (async () => {
-        if (active.peek() !== line.path && !(await openFile(line.path))) return;
-        const view = currentView.peek();
-        if (!view || line.line > view.state.doc.lines) return;
-        view.dispatch({ effects: EditorView.scrollIntoView(view.state.doc.line(line.line).from, { yMargin: 60 }) });
-    })();
+    void counter.value;
+    void showExecuted();
+});
+
+/** Between two moves of a view that follows the running line. */
+const FOLLOW_MS = 200;
+let followTimer = 0;
+effect(() => {
+    if (!followOn.value || !running.value) return;
+    void counter.value;
+    followTimer ||= window.setTimeout(() => {
+        followTimer = 0;
+        void showExecuted();
+    }, FOLLOW_MS);
 });
 
 function OutsideNotice({ document }: { document: TextDocument }) {

@@ -10,6 +10,8 @@ export interface LineBreakpoint {
     /** Set when the server has found an instruction for it. */
     verified: boolean;
     reason: string;
+    /** How often it was met; undefined while that is not known. */
+    met?: number;
 }
 
 export const putBreakpoints = StateEffect.define<LineBreakpoint[]>();
@@ -22,21 +24,28 @@ class BreakpointMarker extends GutterMarker {
     }
     override eq(other: BreakpointMarker): boolean {
         const [a, b] = [this.breakpoint, other.breakpoint];
-        return a.condition === b.condition && a.hits === b.hits && a.log === b.log && a.verified === b.verified;
+        const same = a.condition === b.condition && a.hits === b.hits && a.log === b.log;
+        return same && a.verified === b.verified && a.met === b.met;
     }
     override toDOM(): HTMLElement {
         const dot = document.createElement("span");
-        const { condition, hits, log, verified, reason } = this.breakpoint;
+        const { condition, hits, log, verified, reason, met } = this.breakpoint;
         dot.className = `breakpoint${verified ? "" : " unverified"}${log ? " logpoint" : ""}${condition || hits ? " conditional" : ""}`;
         dot.title = [
             log ? `log: ${log}` : "breakpoint",
             condition && `when ${condition}`,
             hits && `hits ${hits}`,
+            verified && reason,
+            met !== undefined && `met ${met === 1 ? "once" : `${met} times`}`,
             !verified && (reason || "not in the downloaded program"),
         ]
             .filter(Boolean)
             .join(", ");
-        return dot;
+        if (!met) return dot;
+        const both = document.createElement("span");
+        both.className = "met";
+        both.append(dot, String(met > 99 ? "99+" : met));
+        return both;
     }
 }
 

@@ -5,6 +5,7 @@ import { showHints } from "../editor/server";
 import { ask, can, held, inRoutine, online, running, send, stopAll, timePaused, welcome } from "./app";
 import { ready } from "./authority";
 import { assemble, busy, download, run, upload } from "./build";
+import { DEBUG_ACTIONS } from "./debug_actions";
 import { go } from "./debugger";
 import {
     active,
@@ -31,6 +32,8 @@ export interface Action {
     icon?: string;
     hint?: string;
     enabled?: () => boolean;
+    /** Of a switch: whether it is on. */
+    on?: () => boolean;
     run: () => unknown;
 }
 
@@ -129,7 +132,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["F8"],
         icon: "breakpoint",
-        enabled: () => can.value.debug,
+        enabled: () => online.value,
         run: toggleHere,
     },
     {
@@ -336,6 +339,8 @@ export const ACTIONS: Action[] = [
         run: () => (overview.value = !overview.value),
     },
 ];
+
+ACTIONS.push(...DEBUG_ACTIONS);
 
 export const overview = signal(false);
 export const shownTheme = (): "dark" | "light" =>

@@ -132,8 +132,10 @@ export const powered = computed(() => (time.value.flags & TIME_FLAGS.powered) !=
 export const told = computed(() => time.value.clock > 0);
 export const timePaused = computed(() => (time.value.flags & TIME_FLAGS.paused) !== 0);
 export const plugged = computed(() => (time.value.flags & TIME_FLAGS.plugged) !== 0);
+/** States of a program that goes on: by itself, or in single steps. */
+const GOING = new Set([1, 2]);
 /** The program is held by the debugger or does not run: its place may be shown as the current line. */
-export const halted = computed(() => program.value.paused === 1 || program.value.state !== 1);
+export const halted = computed(() => program.value.paused === 1 || !GOING.has(program.value.state));
 /** The debugger holds the program where it may go on. */
 export const held = computed(() => program.value.paused === 1);
 export const running = computed(() => !halted.value);

@@ -2,9 +2,10 @@
 import { effect, signal } from "@preact/signals";
 import { languageServer } from "../editor/server";
 import type { Assembled, Call } from "../wire";
-import { ask, connection, loaded, notify, online } from "./app";
+import { ask, connection, loaded, notify, onServerEvent, online } from "./app";
 import { choose } from "./confirm";
 import { RefusedError } from "./connection";
+import { options } from "./options";
 import { active, documents, newFile, openFile, problems, saveAll, screenTexts, target } from "./documents";
 
 /** Last result of the assembler by path. */
@@ -42,7 +43,7 @@ export async function assemble(): Promise<Assembled | null> {
     const path = needProgram();
     if (!path) return null;
     busy.value = "Assembling";
-    const result = await ask({ call: "assemble", path, texts: screenTexts() });
+    const result = await ask({ call: "assemble", path, texts: screenTexts(), options: options.value });
     busy.value = "";
     if (!result) return null;
     keep(path, result, true);
@@ -55,7 +56,7 @@ export async function download(run: boolean): Promise<Assembled | null> {
     const path = needProgram();
     if (!path) return null;
     await saveAllKnown();
-    const result = await store({ call: "download", path, texts: screenTexts(), run });
+    const result = await store({ call: "download", path, texts: screenTexts(), run, options: options.value });
     if (!result) return null;
     keep(path, result, true);
     if (result.listing && !run) notify("information", `${result.listing.lines.length} instructions are in the module.`);
@@ -112,13 +113,24 @@ export async function upload(): Promise<void> {
 
 /** The text of `path` is what the module holds: it gets the running line and breakpoints. */
 async function adopt(path: string): Promise<void> {
-    const known = await ask({ call: "adopt", path, texts: screenTexts() });
+    const known = await ask({ call: "adopt", path, texts: screenTexts(), options: options.value });
     if (known === false)
         notify(
             "warning",
             "The uploaded text does not assemble to what the module holds: running line and breakpoints are not shown in it.",
         );
 }
+
+// Another host has stored a program: its text is in the folder, or can be made of the memory.
+onServerEvent(event => {
+    if (event.event !== "loaded" || !event.foreign || !event.listing) return;
+    const { path } = event.listing;
+    const action = path
+        ? { title: "Open it", run: () => void openFile(path) }
+        : { title: "Upload it", run: () => void upload() };
+    const text = path ? `It is that of ${path}.` : "No file here makes it.";
+    notify("information", `Another host has stored another program in the module. ${text}`, action, "foreign");
+});
 
 /** The source differs from what the module holds. */
 export const changedSinceDownload = (): boolean => {
@@ -132,6 +144,7 @@ effect(() => {
     const document = documents.value.get(active.value);
     if (!document || !online.value) return;
     void document.text.value;
+    void options.value;
     clearTimeout(checkTimer);
     checkTimer = window.setTimeout(() => void check(document.path), 250);
 });
@@ -139,6 +152,6 @@ effect(() => {
 async function check(path: string): Promise<void> {
     if (!online.value) return;
     const texts = { ...screenTexts(), [path]: documents.value.get(path)?.text.value ?? "" };
-    const result = await ask({ call: "assemble", path, texts });
+    const result = await ask({ call: "assemble", path, texts, options: options.value });
     if (result) keep(path, result, false);
 }

@@ -35,6 +35,14 @@ const place = (path: string, line: number): string => `${path}:${line}`;
 export const placeOf = (point: { path: string; line: number }): Dap.Breakpoint | undefined =>
     placed.value.get(place(point.path, point.line));
 
+/** How often breakpoints were met with their conditions true, by their number. */
+const hits = signal<ReadonlyMap<number, number>>(new Map());
+/** The same of one breakpoint; undefined while the program has no place for it. */
+export const hitsOf = (point: { path: string; line: number }): number | undefined => {
+    const id = placeOf(point)?.id;
+    return id === undefined ? undefined : hits.value.get(id);
+};
+
 // ------------------------------------------------------------------ messages
 interface Waiting {
     resolve: (body: never) => void;
@@ -98,6 +106,8 @@ const takers: Record<string, (body: never) => void> = {
         breakpoints.value = [...breakpoints.value.filter(point => point.path !== path), ...here];
         keep(path, here, body.placed);
     },
+    tmcl_hits: (body: { hits: Record<string, number> }) =>
+        (hits.value = new Map(Object.entries(body.hits).map(([id, count]) => [Number(id), count]))),
     tmcl_filters: (body: { filters: string[] }) => (holdOnErrors.value = body.filters.includes(REFUSED)),
 };
 
@@ -124,6 +134,8 @@ export function carryBreakpoints(path: string, points: Breakpoint[]): void {
     carryTimer = window.setTimeout(() => void sendBreakpoints(path), 400);
 }
 
+const sentence = (text: string): string => text[0]!.toUpperCase() + text.slice(1);
+
 async function sendBreakpoints(path: string): Promise<void> {
     const here = breakpoints.value.filter(point => point.path === path);
     const wanted = here.map(
@@ -140,8 +152,9 @@ async function sendBreakpoints(path: string): Promise<void> {
     });
     if (!answer) return;
     keep(path, here, answer.breakpoints);
-    const vain = answer.breakpoints.find(point => !point.verified);
-    if (vain && !can.value.debug) notify("information", `No breakpoints here: ${vain.message}.`);
+    const noted = answer.breakpoints.find(point => point.verified && point.message);
+    if (noted)
+        notify(can.value.debug ? "warning" : "information", `${sentence(noted.message!)}.`, undefined, "breakpoint");
 }
 
 export async function setHoldOnErrors(on: boolean): Promise<void> {

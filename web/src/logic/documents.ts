@@ -3,9 +3,11 @@ import { batch, computed, effect, signal } from "@preact/signals";
 import type { Problem } from "../wire";
 import { ask, connection, files, notify, onServerEvent, welcome } from "./app";
 import { RefusedError } from "./connection";
+import { choose } from "./confirm";
 import { breakpoints, setBreakpoints } from "./debugger";
 import { dropDraft, draftPaths, isDraft, keepDraft, takeDraft } from "./drafts";
 import { onPage } from "./layout";
+import { askText } from "./prompt";
 import { remembered } from "./settings";
 
 export type Outside = "changed" | "deleted" | null;
@@ -59,7 +61,13 @@ export class TextDocument {
 }
 
 /** Pages in the main area that are not files. */
-export const PAGES = { parameters: "Parameters", tools: "Tools", listing: "Listing", guide: "Guide" } as const;
+export const PAGES = {
+    parameters: "Parameters",
+    tools: "Tools",
+    listing: "Listing",
+    compare: "Compare",
+    guide: "Guide",
+} as const;
 export type PageName = keyof typeof PAGES;
 export interface Tab {
     kind: "file" | PageName;
@@ -189,6 +197,27 @@ async function writeFile(document: TextDocument, force: boolean): Promise<boolea
         else notify("error", `${document.path} was not saved: ${error.message}`);
         return false;
     }
+}
+
+/** Write the text under another name, and go on there; a page that was nowhere on disk is closed. */
+export async function saveAs(document: TextDocument): Promise<void> {
+    const path = await askText("Save as", "Path in the opened folder", document.path, "Save");
+    if (!path) return;
+    if (path === document.path) return void save(document);
+    if (documents.value.has(path)) return notify("error", `${path} is open already.`);
+    const call = { call: "write_file", path, text: document.text.value, newline: document.newline } as const;
+    try {
+        await connection.call({ ...call, stamp: "" });
+    } catch (error) {
+        if (!(error instanceof RefusedError)) throw error;
+        if (error.code !== "changed") return notify("error", `${path} was not saved: ${error.message}`);
+        const answer = await choose(`${path} is there already`, "Saving writes over it.", [
+            { id: "replace", title: "Write over it", tone: "danger" },
+        ]);
+        if (answer !== "replace" || !(await ask({ ...call, stamp: "*" }))) return;
+    }
+    if (!document.stamp) closeTab(document.path, true);
+    await openFile(path);
 }
 
 export async function saveAll(): Promise<void> {

@@ -2,6 +2,7 @@
 import { offer } from "../widgets/basics";
 import { ask, notify } from "./app";
 import { refresh } from "./parameters";
+import { pickFile } from "./pick";
 
 export async function exportSettings(format: "tmcl" | "toml"): Promise<void> {
     const text = await ask({ call: "export_settings", format });
@@ -19,10 +20,4 @@ async function importSettings(file: File): Promise<void> {
 }
 
 /** Let a person choose a file of settings, and take it over. */
-export function pickSettings(): void {
-    const field = document.createElement("input");
-    field.type = "file";
-    field.accept = ".tmc,.toml";
-    field.onchange = () => field.files?.[0] && void importSettings(field.files[0]);
-    field.click();
-}
+export const pickSettings = (): void => pickFile(".tmc,.toml", importSettings);

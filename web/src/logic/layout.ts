@@ -2,7 +2,7 @@
 import { signal, type Signal } from "@preact/signals";
 import { remembered } from "./settings";
 
-export type RightPanel = "axes" | "machine" | "bench" | "program" | "";
+export type RightPanel = "axes" | "machine" | "bench" | "program" | "outline" | "";
 export type BottomPanel = "plot" | "direct" | "log" | "problems" | "";
 
 export const theme = remembered<"dark" | "light" | "">("theme", "");
@@ -14,11 +14,11 @@ export const layout = remembered("layout", {
     bottomHeight: fingers ? 296 : 236,
 });
 export const right = remembered<RightPanel>("right", "axes");
-/** With room enough the axes stay, and bench or program stand beside them. */
+/** With room enough the axes stay, and another panel stands beside them. */
 const wide = matchMedia("(min-width: 1600px)");
 export const roomy = signal(wide.matches);
 wide.addEventListener("change", () => (roomy.value = wide.matches));
-export const second = remembered<"machine" | "bench" | "program">("second", "bench");
+export const second = remembered<"machine" | "bench" | "program" | "outline">("second", "bench");
 export const bottom = remembered<BottomPanel>("bottom", "plot");
 /** Below a page that is no file, which needs the room, the lower panel is closed unless asked for. */
 export const bottomOfPages = remembered<BottomPanel>("bottom-of-pages", "");
@@ -31,7 +31,7 @@ export const bottomTall = signal(false);
 export const palette = signal<string | null>(null);
 
 export function showRight(panel: RightPanel): void {
-    if (roomy.value && (panel === "machine" || panel === "bench" || panel === "program")) second.value = panel;
+    if (roomy.value && panel !== "axes" && panel !== "") second.value = panel;
     else right.value = panel;
     if (roomy.value && !right.value) right.value = "axes";
 }

@@ -8,6 +8,10 @@ export const TOOLS = {
     profile: "Load profile",
     configuration: "Module configuration",
     firmware: "Firmware and reset",
+    assembler: "Assembler options",
+    registers: "Chip registers",
+    chain: "Driver chain",
+    wave: "Microstep wave",
 } as const;
 export type ToolName = keyof typeof TOOLS;
 export const tool = remembered<ToolName>("tool", "units");

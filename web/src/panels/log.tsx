@@ -12,6 +12,8 @@ const following = remembered("log-follow", true);
 const polls = remembered("log-polls", false);
 const ROW = 19;
 
+const millis = (seconds: number): string => (seconds * 1000).toFixed(seconds < 1 ? 2 : 0);
+
 export function Log() {
     useEffect(() => {
         if (!online.value) return;
@@ -32,6 +34,22 @@ export function Log() {
             requestAnimationFrame(() => box.current && (box.current.scrollTop = box.current.scrollHeight));
     });
     const hz = tables.value.clock_hz;
+    const chosen = useSignal(0);
+    const paired = useComputed(() => {
+        const line = telegrams.value.find(other => other.number === chosen.value);
+        return line ? line.request || line.number : 0;
+    });
+    const walkLines = (event: KeyboardEvent) => {
+        const step = { ArrowUp: -1, ArrowDown: 1 }[event.key];
+        if (!step) return;
+        event.preventDefault();
+        const at = shown.value.findIndex(line => line.number === chosen.value);
+        const next = Math.max(0, Math.min(shown.value.length - 1, at < 0 ? shown.value.length - 1 : at + step));
+        chosen.value = shown.value[next]?.number ?? 0;
+        const { scrollTop, clientHeight } = box.current!;
+        if (next * ROW < scrollTop) box.current!.scrollTop = next * ROW;
+        else if ((next + 1) * ROW > scrollTop + clientHeight) box.current!.scrollTop = (next + 1) * ROW - clientHeight;
+    };
     const first = Math.max(0, Math.floor(top.value / ROW) - 5);
     const last = Math.min(shown.value.length, Math.ceil((top.value + window.innerHeight) / ROW));
     const text = () =>
@@ -42,6 +60,7 @@ export function Log() {
                     line.link,
                     line.direction === "in" ? ">" : "<",
                     line.data,
+                    line.request ? millis(line.latency / hz) : "",
                     line.text,
                 ].join("\t"),
             )
@@ -110,13 +129,15 @@ export function Log() {
                     role="log"
                     aria-label="Telegrams"
                     tabIndex={0}
+                    onKeyDown={walkLines}
                     onScroll={event => (top.value = event.currentTarget.scrollTop)}
                 >
                     <div style={{ height: `${shown.value.length * ROW}px`, position: "relative" }}>
                         {shown.value.slice(first, last).map((line, n) => (
                             <div
                                 key={line.number}
-                                class={`telegram ${line.direction} ${line.status && line.status < 100 ? "bad" : ""}`}
+                                class={`telegram ${line.direction} ${line.status && line.status < 100 ? "bad" : ""} ${line.number === chosen.value ? "chosen" : ""} ${paired.value && (line.request || line.number) === paired.value ? "pair" : ""}`}
+                                onClick={() => (chosen.value = line.number)}
                                 style={{ top: `${(first + n) * ROW}px` }}
                             >
                                 <span class="when">{(line.clock / hz).toFixed(6)}</span>
@@ -125,7 +146,22 @@ export function Log() {
                                 </span>
                                 <span class="arrow">{line.direction === "in" ? "→" : "←"}</span>
                                 <span class="bytes">{line.data}</span>
-                                <span class="text">{line.text}</span>
+                                <span
+                                    class="latency"
+                                    title={
+                                        line.request ? `Reply to telegram ${line.request}, so long after it` : undefined
+                                    }
+                                >
+                                    {line.request ? `${millis(line.latency / hz)} ms` : ""}
+                                </span>
+                                <span class="text">
+                                    {line.number !== chosen.value
+                                        ? ""
+                                        : line.request
+                                          ? `to ${line.request}: `
+                                          : `${line.number}: `}
+                                    {line.text}
+                                </span>
                             </div>
                         ))}
                     </div>

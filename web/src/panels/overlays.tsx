@@ -21,7 +21,6 @@ import { question } from "../logic/confirm";
 import { palette } from "../logic/layout";
 import { score } from "../logic/text";
 import { SECTIONS, TOOLS, section, tool, type SectionName, type ToolName } from "../logic/views";
-import { exportSettings, pickSettings } from "../logic/exchange";
 import { Modal } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
@@ -70,7 +69,7 @@ export function Palette() {
             .map(file => ({ title: file.path, detail: "file", run: () => openFile(file.path), weight: 1 })),
         ...ACTIONS.filter(row => row.id !== "open" && (row.enabled?.() ?? true)).map(row => ({
             title: row.title,
-            detail: row.keys?.[0] ?? row.group,
+            detail: [row.on?.() && "on", row.keys?.[0] ?? row.group].filter(Boolean).join(" \u00b7 "),
             run: () => perform(row.id),
             weight: 0,
         })),
@@ -101,9 +100,6 @@ export function Palette() {
             weight: 0,
         })),
         ...labels(),
-        { title: "Export settings as TMCL source", detail: "settings", run: () => exportSettings("tmcl"), weight: 0 },
-        { title: "Export settings as TOML", detail: "settings", run: () => exportSettings("toml"), weight: 0 },
-        { title: "Import settings\u2026", detail: "settings", run: pickSettings, weight: 0 },
     ];
     const found = rows
         .map(row => ({ row, rank: score(row.title, wish) + row.weight }))

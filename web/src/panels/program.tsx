@@ -19,12 +19,14 @@ import {
     assign,
     breakpoints,
     evaluate,
+    hitsOf,
     holdOnErrors,
     placeOf,
     readStack,
     setBreakpoints,
     setHoldOnErrors,
     stopReason,
+    type Breakpoint,
     type Frame,
 } from "../logic/debugger";
 import { remembered } from "../logic/settings";
@@ -146,58 +148,9 @@ export function Program() {
                     ) : (
                         <p class="muted note">No open CSUB.</p>
                     )}
-                    <h4>
-                        Breakpoints{" "}
-                        <label class="check">
-                            <input
-                                type="checkbox"
-                                checked={holdOnErrors.value}
-                                onChange={event => void setHoldOnErrors(event.currentTarget.checked)}
-                            />{" "}
-                            hold at refused commands
-                        </label>
-                    </h4>
-                    {breakpoints.value.length ? (
-                        <ul class="breakpoint-list">
-                            {breakpoints.value.map(point => {
-                                const place = placeOf(point);
-                                return (
-                                    <li key={`${point.path}:${point.line}`}>
-                                        <span
-                                            class={`breakpoint ${place?.verified ? "" : "unverified"} ${point.log ? "logpoint" : ""}`}
-                                        />
-                                        <button class="link" onClick={() => openFile(point.path, point.line)}>
-                                            {point.path}:{point.line}
-                                        </button>
-                                        <span class="muted">
-                                            {[
-                                                point.condition,
-                                                point.hits && `hits ${point.hits}`,
-                                                point.log && `log ${point.log}`,
-                                            ]
-                                                .filter(Boolean)
-                                                .join(", ") || place?.message}
-                                        </span>
-                                        <button
-                                            class="tool"
-                                            aria-label={`Remove breakpoint at line ${point.line}`}
-                                            onClick={() =>
-                                                setBreakpoints(breakpoints.value.filter(other => other !== point))
-                                            }
-                                        >
-                                            <Icon name="close" size={12} />
-                                        </button>
-                                    </li>
-                                );
-                            })}
-                        </ul>
-                    ) : (
-                        <p class="muted note">
-                            Click left of a line number, or press F8. Right click or hold a finger there for conditions.
-                        </p>
-                    )}
                 </>
             )}
+            <Breakpoints />
             <h4>
                 User variables{" "}
                 <button class="link" onClick={() => (many.value = !many.value)}>
@@ -223,6 +176,68 @@ export function Program() {
                 })}
             </div>
         </div>
+    );
+}
+
+function Breakpoints() {
+    return (
+        <>
+            <h4>
+                Breakpoints{" "}
+                {can.value.debug && (
+                    <label class="check">
+                        <input
+                            type="checkbox"
+                            checked={holdOnErrors.value}
+                            onChange={event => void setHoldOnErrors(event.currentTarget.checked)}
+                        />{" "}
+                        hold at refused commands
+                    </label>
+                )}
+            </h4>
+            {breakpoints.value.length ? (
+                <ul class="breakpoint-list">
+                    {breakpoints.value.map(point => (
+                        <BreakpointRow key={`${point.path}:${point.line}`} point={point} />
+                    ))}
+                </ul>
+            ) : (
+                <p class="muted note">
+                    Click left of a line number, or press F8. Right click or hold a finger there for conditions.
+                    {!can.value.debug &&
+                        " With breakpoints the program of a real module runs in single steps, much slower."}
+                </p>
+            )}
+        </>
+    );
+}
+
+function BreakpointRow({ point }: { point: Breakpoint }) {
+    const place = placeOf(point);
+    const met = hitsOf(point);
+    const texts = [point.condition, point.hits && `hits ${point.hits}`, point.log && `log ${point.log}`].filter(
+        Boolean,
+    );
+    return (
+        <li>
+            <span class={`breakpoint ${place?.verified ? "" : "unverified"} ${point.log ? "logpoint" : ""}`} />
+            <button class="link" onClick={() => openFile(point.path, point.line)}>
+                {point.path}:{point.line}
+            </button>
+            <span class="muted">{texts.join(", ") || (can.value.debug && place?.message)}</span>
+            {met !== undefined && (
+                <span class="pill" title="How often it was met with its condition true">
+                    met {met}×
+                </span>
+            )}
+            <button
+                class="tool"
+                aria-label={`Remove breakpoint at line ${point.line}`}
+                onClick={() => setBreakpoints(breakpoints.value.filter(other => other !== point))}
+            >
+                <Icon name="close" size={12} />
+            </button>
+        </li>
     );
 }
 

@@ -1,11 +1,15 @@
 // Tools of the trade: reference search, stall detection, units, configuration, firmware.
 import { TOOLS, tool, type ToolName } from "../logic/views";
+import { Assembler } from "./tools/assembler";
+import { Chain } from "./tools/chain";
 import { Configuration } from "./tools/configuration";
 import { Firmware } from "./tools/firmware";
 import { Profile } from "./tools/profile";
 import { Reference } from "./tools/reference";
 import { Stall } from "./tools/stall";
+import { Registers } from "./tools/registers";
 import { Units } from "./tools/units";
+import { Wave } from "./tools/wave";
 
 const VIEWS: Record<ToolName, () => preact.JSX.Element> = {
     units: Units,
@@ -14,6 +18,10 @@ const VIEWS: Record<ToolName, () => preact.JSX.Element> = {
     profile: Profile,
     configuration: Configuration,
     firmware: Firmware,
+    assembler: Assembler,
+    registers: Registers,
+    chain: Chain,
+    wave: Wave,
 };
 
 export function Tools() {

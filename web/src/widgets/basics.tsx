@@ -12,7 +12,8 @@ export function ActionButton({ id, label = false, tone = "" }: { id: string; lab
     const title = [row.hint ?? row.title, row.keys?.[0] && `(${row.keys[0]})`].filter(Boolean).join(" ");
     return (
         <button
-            class={`tool ${tone}`}
+            class={`tool ${tone} ${row.on?.() ? "on" : ""}`}
+            aria-pressed={row.on?.()}
             disabled={!enabled}
             title={title}
             aria-label={row.title}
