@@ -122,7 +122,6 @@ function TopBar() {
                 <ActionButton id="assemble" label />
                 <ActionButton id="download" label />
                 <ActionButton id="upload" />
-                <ActionButton id="follow" />
             </div>
             <span class="gap" />
             {can.value.bench && <Clock />}

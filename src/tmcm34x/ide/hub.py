@@ -275,9 +275,10 @@ class Hub:
         self, listing: wire.Listing | None, assembly: Assembly | None, *, foreign: bool = False
     ) -> None:
         """From now on the module's program is this one, and comes from this source, if it is known."""
-        self.assembly = assembly
+        before, self.assembly = self.loading.listing, assembly
         self.loading.know(listing)
-        count_anew(self.target)
+        if listing is None or before is None or before.identity != listing.identity:
+            count_anew(self.target)
         await self.debugger.know(assembly)
         self.tell(wire.Loaded(listing, foreign))
 

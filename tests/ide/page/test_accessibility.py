@@ -35,11 +35,17 @@ def screens(page: Page) -> Iterator[str]:
         yield name
     page.get_by_role("button", name="Listing", exact=True).click()
     yield "Listing"
+    page.keyboard.press("Alt+m")
+    page.locator(".compare").wait_for()
+    yield "Compare"
     page.get_by_role("button", name="Tools", exact=True).click()
     tools = page.get_by_role("navigation", name="Tools").get_by_role("button")
     for tool in tools.all():
         tool.click()
         yield tool.inner_text()
+    page.keyboard.press("Control+Alt+s")
+    yield "Save as"
+    page.keyboard.press("Escape")
     page.keyboard.press("F10")
     yield "STOP ALL"
     page.keyboard.press("Control+p")

@@ -256,10 +256,13 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
             goal.value = null;
             const line = view.state.doc.line(Math.min(Math.max(1, wish.line), view.state.doc.lines));
             const at = Math.min(line.from + wish.column - 1, line.to);
-            queueMicrotask(() => {
+            const show = () => {
                 view.dispatch({ selection: { anchor: at }, effects: EditorView.scrollIntoView(at, { y: "center" }) });
                 view.focus();
-            });
+            };
+            // Coming from a page that is no file, the editor is hidden until that page has gone.
+            if (view.dom.offsetParent) queueMicrotask(show);
+            else setTimeout(show, SHOWN_MS);
         }),
     ];
 }
@@ -281,13 +284,16 @@ effect(() => {
     void showExecuted();
 });
 
+/** Until an editor that was hidden is on screen. */
+const SHOWN_MS = 50;
 /** Between two moves of a view that follows the running line. */
 const FOLLOW_MS = 200;
 let followTimer = 0;
 effect(() => {
     if (!followOn.value || !running.value) return;
     void counter.value;
-    followTimer ||= window.setTimeout(() => {
+    if (followTimer) return;
+    followTimer = window.setTimeout(() => {
         followTimer = 0;
         void showExecuted();
     }, FOLLOW_MS);

@@ -141,7 +141,7 @@ export const changedSinceDownload = (): boolean => {
 // ------------------------------------------------------------------ checking while typing
 let checkTimer = 0;
 effect(() => {
-    const document = documents.value.get(active.value);
+    const document = documents.value.get(active.value) ?? documents.value.get(target.value);
     if (!document || !online.value) return;
     void document.text.value;
     void options.value;

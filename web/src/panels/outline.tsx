@@ -127,7 +127,9 @@ function Routine({ row, found }: { row: RoutineShape; found: FlowMap }) {
             </th>
             <td class="value">{row.instructions}</td>
             <td class={row.ms === null || row.ms > LONG_MS ? "warn" : ""}>
-                {row.ms === null ? "a loop without a WAIT" : `${row.longest}, ${short(row.ms)} ms`}
+                {row.ms === null
+                    ? "a loop without a WAIT"
+                    : `${row.longest} ${row.longest === 1 ? "instruction" : "instructions"}, ${short(row.ms)} ms`}
             </td>
             <td>
                 {row.calls.map((name, at) => {

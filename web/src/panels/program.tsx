@@ -85,6 +85,7 @@ export function Program() {
                 <ActionButton id="step_out" />
                 <ActionButton id="stop" />
                 <ActionButton id="reset" />
+                <ActionButton id="follow" />
                 <span class={`pill ${paused ? "warn" : state === 1 ? "good" : ""}`}>
                     {programText()}
                     {paused && stopReason.value ? `: ${stopReason.value}` : ""}

@@ -10,7 +10,7 @@ const SIGNAL = 0x1f;
 const PRESETS = [
     ["off", "mixed decay off"],
     ["falling", "mixed decay in the falling current"],
-    ["on", "mixed decay always (as after power-on)"],
+    ["on", "mixed decay always (the chip's own after power-on)"],
 ] as const;
 
 /** For each cell the driver it belongs to; 0 behind the end of the third. */
