@@ -20,7 +20,7 @@ def test_a_module_on_a_serial_line_runs_steps_and_stops(serve: Any, open_ide: Op
     expect(page.locator(".status-bar .pill").first).to_have_text("running")
     until(page, lambda: figure(page, 0, "speed") == 500)
     page.keyboard.press("F2")
-    expect(page.locator(".status-bar .pill").first).to_have_text("stopped")
+    expect(page.locator(".status-bar .pill").first).to_have_text("held")
     page.keyboard.press("F7")
     expect(page.locator(".cm-line.execution.held")).to_be_visible()
     page.locator(".breakpoints .cm-gutterElement").nth(5).click()
