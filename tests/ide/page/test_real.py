@@ -25,7 +25,7 @@ def test_a_module_on_a_serial_line_runs_steps_and_stops(serve: Any, open_ide: Op
     expect(page.locator(".cm-line.execution.held")).to_be_visible()
     page.locator(".breakpoints .cm-gutterElement").nth(5).click()
     expect(page.locator(".notice")).to_contain_text("real module")
-    tab(page, "Program")
+    page.get_by_role("tab", name=re.compile("Program")).click()
     field = page.get_by_role("textbox", name="New watch")
     field.fill("ap[target_speed][0] * 2")
     field.press("Enter")
