@@ -2,7 +2,7 @@
 
 import pytest
 
-Trinamic = pytest.importorskip("pylablib.devices.Trinamic")
+Trinamic = pytest.importorskip("pylablib.devices.Trinamic")  # pip install pylablib-lightweight
 
 
 @pytest.fixture
