@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from bench.rigs import rig_of, run_ms, run_while, say, view
 from tmcm34x.bench import simple_rig
-from tmcm34x.clock import MS, NEVER, run_until
+from tmcm34x.clock import HZ, MS, NEVER, run_until
+from tmcm34x.toolchain.assembler import assemble
 
 LIMITED = """
 [[module]]
@@ -282,3 +283,15 @@ def test_slicing_does_not_matter(commands, cuts):
         assert view(rig, 1).position >= -1.0
         seen.append((rig.worlds[0].view(), [say(rig, f"GAP {n}, 0") for n in (0, 1, 2, 3, 9, 10, 11)]))
     assert seen[0] == seen[1]
+
+
+def test_a_motor_that_comes_to_its_target_too_fast_is_there_at_one_clock_however_time_is_sliced():
+    whole, sliced = simple_rig(), simple_rig()
+    for rig in (whole, sliced):
+        source = "Loop: MVP REL, 0, 700\nWAIT POS, 0, 0\nGGP 3, 2\nCALC ADD, 1\nAGP 3, 2\nWAIT TICKS, 0, 3\nJA Loop\n"
+        rig.modules[0].eeprom.write_program(assemble(source).program)
+        rig.modules[0].program.run()
+    run_until(whole, HZ)
+    for clock in range(0, HZ + 1, 4 * MS):
+        run_until(sliced, clock)
+    assert sliced.digest() == whole.digest()

@@ -3,7 +3,7 @@
 export const PROTOCOL = 3;
 export const WATCH_BIT = 7;
 export const MOTOR_FLAGS = { left: 1, right: 2, home: 4, reached: 8, left_off: 16, right_off: 32, energised: 64, stalled: 128 } as const;
-export const TIME_FLAGS = { paused: 1, powered: 2, plugged: 4 } as const;
+export const TIME_FLAGS = { paused: 1, powered: 2, plugged: 4, past: 8 } as const;
 export const PROGRAM_FLAGS = { zero: 1, equal: 2, lower: 4, greater: 8, eto: 16, eal: 32, edv: 64, epo: 128, esd: 256, downloading: 512 } as const;
 export const CURVES = ["position", "target", "speed", "target_speed", "load", "current", "encoder", "acceleration"] as const;
 
@@ -294,6 +294,8 @@ export interface Ability {
     debug: boolean;
     peek: boolean;
     language_server: boolean;
+    history: boolean;
+    irreversible: string;
 }
 
 /** A file or folder below the opened one; `stamp` changes with its contents. */
@@ -560,6 +562,32 @@ export interface World {
     bench: string;
     inputs: number[];
     plane: number[];
+}
+
+/** One course of events in the history; clocks are virtual time in chip clocks. */
+export interface Branch {
+    number: number;
+    parent: number;
+    since: number;
+    oldest: number;
+    end: number;
+    inputs: number;
+}
+
+/** Something that happened, as in `Happened`. */
+export interface Mark {
+    clock: number;
+    kind: string;
+    motor: number;
+    text: string;
+}
+
+/** What happened in a branch from `oldest` to `end`; `telegrams` counts them in equal parts of that time. */
+export interface Marks {
+    oldest: number;
+    end: number;
+    telegrams: number[];
+    marks: Mark[];
 }
 
 /** A value in the EEPROM; bank -1 is an axis parameter, -2 a coordinate. */
@@ -849,6 +877,30 @@ export interface ReadEeprom {
     call: "read_eeprom";
 }
 
+/** Show a moment of the history in all windows; refused with code `history` where it cannot be reached. clock: virtual time in chip clocks; branch: its number, the one that is shown unless given */
+export interface ShowPast {
+    call: "show_past";
+    clock: number;
+    branch?: number | null;
+}
+
+/** Show the present again. */
+export interface LeavePast {
+    call: "leave_past";
+}
+
+/** Make the past moment that is shown the present one, in a new branch; `hold` with time standing still. */
+export interface GoOn {
+    call: "go_on";
+    hold?: boolean;
+}
+
+/** What happened in a branch of the history. */
+export interface ReadMarks {
+    call: "read_marks";
+    branch: number;
+}
+
 /** All stored settings as text, for version control or for another module. */
 export interface ExportSettings {
     call: "export_settings";
@@ -900,7 +952,7 @@ export interface Ping {
     call: "ping";
 }
 
-export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | Compare | ReadMap | Cover | ReadCoverage | ReadTracefile | ReadRegisters | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping;
+export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | Compare | ReadMap | Cover | ReadCoverage | ReadTracefile | ReadRegisters | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ShowPast | LeavePast | GoOn | ReadMarks | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping;
 
 /** The type of the answer's result, by call. */
 export interface Results {
@@ -945,6 +997,10 @@ export interface Results {
     step_time: null;
     read_world: World;
     read_eeprom: Eeprom;
+    show_past: null;
+    leave_past: null;
+    go_on: null;
+    read_marks: Marks;
     export_settings: string;
     import_settings: Imported;
     list_ports: Ports;
@@ -1026,6 +1082,17 @@ export interface Happened {
     kind: string;
     motor: number;
     text: string;
+}
+
+/** How far the history of a virtual module reaches; the present branch is the last one. */
+export interface History {
+    event: "history";
+    memory: number;
+    limit: number;
+    present: number;
+    now: number;
+    shown: number;
+    branches: Branch[];
 }
 
 /** The bench's settings now. */
@@ -1114,4 +1181,4 @@ export interface ScanEnded {
     complete: boolean;
 }
 
-export type ServerEvent = Answer | Refusal | Welcome | FilesChanged | Loaded | Progress | Telegrams | Happened | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint | ScanProgress | ScanFound | ScanFailed | ScanEnded;
+export type ServerEvent = Answer | Refusal | Welcome | FilesChanged | Loaded | Progress | Telegrams | Happened | History | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint | ScanProgress | ScanFound | ScanFailed | ScanEnded;

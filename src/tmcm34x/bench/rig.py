@@ -106,6 +106,7 @@ class Rig:
     def act(self, action: Action) -> None:
         """Do something to the bench from outside, at the present clock; raises `ActionError`."""
         perform(self, action)
+        self._settle()
         for listener in self.on_action:
             listener(action, self.now)
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.bench.action import Action, perform
 from tmcm34x.bench.lines import LineEnd, SerialEnd, open_line
-from tmcm34x.clock import run_until
 from tmcm34x.debug.view import View
 from tmcm34x.firmware.program import Program
 from tmcm34x.tmcl.datagram import Instruction
@@ -80,6 +79,7 @@ class Course:
         while (due := self.upcoming) is not None and due.clock <= self.rig.now:
             self.done += 1
             INPUTS[due.kind](self, due.number, *due.values)
+            self.rig.next_event()  # worlds take notice of each input by itself
             self._expect()
             yield due
 
@@ -110,7 +110,12 @@ class Course:
             self.start_from(snapshot)
         for _ in self.repeat():
             pass
-        run_until(self, clock)
+        while (when := self.next_event()) <= clock:
+            self.advance(when)
+        if (
+            self.rig.now < clock
+        ):  # to advance again at one clock would take early notice of what has just changed
+            self.advance(clock)
 
     # Lines
 

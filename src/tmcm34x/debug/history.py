@@ -119,7 +119,9 @@ class History:
         return self._course.next_event() if self._repeats else self.rig.next_event()
 
     def advance(self, now: int) -> None:
-        """Bring the bench to clock `now`."""
+        """Bring the bench to clock `now`; nothing happens where it is there already."""
+        if now <= self.rig.now:
+            return
         if self._repeats:
             self._repeat(now)
         else:

@@ -36,6 +36,11 @@ class Playback:
         shown = self.shown
         return self.history.rig if shown is None else self.history.look_at(*shown)
 
+    def seek(self) -> None:
+        """Bring the rig that is shown to the moment that is shown: a search may have left it elsewhere."""
+        if self.shown is not None:
+            self.history.look_at(*self.shown)
+
     @property
     def branch(self) -> Branch:
         """The branch that is shown."""

@@ -6,31 +6,22 @@ looks at the past, until what is looked for was found in one of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from tmcm34x.debug.breaks import Breaks, Wanted
 from tmcm34x.debug.control import Breakpoint, Control, Stop, always
-from tmcm34x.debug.course import HELD, REFUSED
-from tmcm34x.debug.expressions import ExpressionError, Reference, compile_reference, values_of
 from tmcm34x.debug.view import View
 from tmcm34x.debug.watches import Watch, Watches
-from tmcm34x.firmware.commands.coordinates import ALL_COORDINATES, ALL_MOTORS
-from tmcm34x.tmcl.commands import BY_NUMBER, PROGRAM_SIZE
-from tmcm34x.tmcl.datagram import CAN_SIZES, Instruction, unpack_can_request, unpack_request
-from tmcm34x.tmcl.mnemonic import format_instruction
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
-    from tmcm34x.debug.branches import Branch, Input
+    from tmcm34x.debug.branches import Branch
     from tmcm34x.debug.course import Course
     from tmcm34x.debug.history import History
     from tmcm34x.firmware.program import Program
-
-USER_BANK: Final = 2
-OUTPUT_BANK: Final = 2
 
 FIRST_WINDOW: Final = 256
 """Commands of the first stretch that is run command by command; each further one is `GROWTH` times as long."""
@@ -51,26 +42,12 @@ class Moment(NamedTuple):
     executed: int
 
 
-class Write(NamedTuple):
-    """What changed a value last.
-
-    clock: when; address: of the command of the program, -1 where it was none
-    cause: in words; before, after: the value
-    """
-
-    clock: int
-    address: int
-    cause: str
-    before: int
-    after: int
-
-
 def moments(
     course: Course, until: int, addresses: frozenset[int] | None, module: int = 0
 ) -> Iterator[Moment]:
     """Run a course to `until`, pausing before each command (at `addresses` only, unless None)."""
     program = course.rig.modules[module].program
-    program.hook(_let_pass, addresses)
+    program.hook(let_pass, addresses)
     try:
         while (when := course.next_event()) <= until:
             if comes(program, when):
@@ -82,7 +59,7 @@ def moments(
             course.advance(when)
         course.advance(until)
     finally:
-        program.unhook(_let_pass)
+        program.unhook(let_pass)
 
 
 def comes(program: Program, when: int) -> bool:
@@ -90,7 +67,8 @@ def comes(program: Program, when: int) -> bool:
     return program.active and not program.waiting and program.next_event() == when
 
 
-def _let_pass(_: int) -> bool:
+def let_pass(_: int) -> bool:
+    """Hold before no command: a hook that makes each one an event of its own."""
     return False
 
 
@@ -205,10 +183,12 @@ def previous_stop(here: Here, sought: Sought) -> Past | None:
     return None
 
 
-def next_stop(here: Here, sought: Sought) -> Past | None:
-    """Where one of these held first after now, on the way that the branch took; None up to its end."""
+def next_stop(here: Here, sought: Sought, end: int) -> Past | None:
+    """Where one of these held first after now, on the way that the branch took; None up to `end`."""
+    if not any(sought):
+        return None
     start = here.branch.oldest if sought.counts_hits else here.clock
-    return _Finder(here, sought).first_after_now(start)
+    return _Finder(here, sought).first_after_now(start, end)
 
 
 def next_command(here: Here, depth: int | None) -> Moment | None:
@@ -236,10 +216,10 @@ class _Finder:
                 found = place
         return found
 
-    def first_after_now(self, start: int) -> Past | None:
-        """The first place after now, up to the end of the branch; hits are counted from `start` on."""
-        places = self._places(start, self._here.branch.end)
-        return next((place for place in places if place.clock > self._now), None)
+    def first_after_now(self, start: int, end: int) -> Past | None:
+        """The first place after now and before `end`; hits are counted from `start` on."""
+        places = self._places(start, end)
+        return next((place for place in places if self._now < place.clock < end), None)
 
     def _places(self, start: int, end: int) -> Iterator[Past]:
         """All places after `start` up to `end`."""
@@ -250,13 +230,13 @@ class _Finder:
         control.set_breakpoints([replace(b, hits=0) for b in sought.breakpoints if not b.message])
         watched.set([replace(w, hits=0) for w in sought.watches])
         breaks.set(sought.breaks)
-        program.hook(_let_pass, None if watched or breaks.each_command else control.addresses)
+        program.hook(let_pass, None if watched or breaks.each_command else control.addresses)
         try:
             for clock, stop in _stops(course, program, end, _Looks(control, watched, breaks)):
                 if stop is not None:
                     yield Past(clock, stop)
         finally:
-            program.unhook(_let_pass)
+            program.unhook(let_pass)
             breaks.close()
 
 
@@ -282,137 +262,3 @@ def _stops(course: Course, program: Program, end: int, looks: _Looks) -> Iterato
 
 def _say_nothing(_: str, __: int) -> None:
     """Log points are silent while the past is run again."""
-
-
-# Writes
-
-
-def last_write(here: Here, text: str) -> Write | None:
-    """What wrote a value last, though it may have written what was there before; None where nothing did.
-
-    text: a reference such as `gp[3]`, `ap[max_speed][0]`, `accumulator`
-    Raises `ExpressionError` where `text` names nothing.
-    """
-    finder = _WriteFinder(here, compile_reference(text))
-    for start, end in stretches(here.branch, here.clock):
-        found = finder.last_in(start, end)
-        if found is not None:
-            return found
-    return None
-
-
-class _WriteFinder:
-    """Looks for the last write of a value in a stretch."""
-
-    def __init__(self, here: Here, reference: Reference) -> None:
-        self._here = here
-        self._reference = reference
-        self._indices = values_of(reference.indices, here.view(here.rig).read)
-        self._writes = WRITERS.get(reference.name.lower(), {})
-        self._found: Write | None = None
-        here.view(here.rig).read(reference.name, self._indices)
-        self._view = here.view(here.history.past)
-        self._before = 0
-
-    def last_in(self, start: int, end: int) -> Write | None:
-        """The last write after `start` up to `end`."""
-        course = self._here.course_to(start)
-        rig, program = course.rig, course.rig.modules[self._here.module].program
-        self._found, self._before = None, self._value()
-        program.hook(_let_pass, None)
-        try:
-            while (when := course.next_event()) <= end:
-                command = program.upcoming if program.active and program.next_event() == when else -1
-                instruction = self._instruction(command)
-                rig.advance(when)
-                self._compare(when, command, instruction, _cause(instruction))
-                for done in course.repeat():
-                    self._compare(when, -1, self._sent(done), described(done))
-        finally:
-            program.unhook(_let_pass)
-        return self._found
-
-    def _compare(self, clock: int, address: int, instruction: Instruction | None, cause: str) -> None:
-        before, after = self._before, self._value()
-        self._before = after
-        if after != before or (instruction is not None and self._is_written_by(instruction)):
-            self._found = Write(clock, address, cause, before, after)
-
-    def _value(self) -> int:
-        """The value now; 0 without power."""
-        try:
-            return self._view.read(self._reference.name, self._indices)
-        except ExpressionError:
-            return 0
-
-    def _instruction(self, address: int) -> Instruction | None:
-        eeprom = self._here.history.past.modules[self._here.module].eeprom
-        return eeprom.read_instruction(address) if 0 <= address < PROGRAM_SIZE else None
-
-    def _sent(self, done: Input) -> Instruction | None:
-        """The command in an input for this module."""
-        if done.kind == "command" and done.number == self._here.module:
-            return Instruction(*done.values)
-        return telegram(done)
-
-    def _is_written_by(self, instruction: Instruction) -> bool:
-        """Whether a command names this very value."""
-        row = BY_NUMBER.get(instruction.number)
-        motors = self._writes.get(row.mnemonic) if row is not None else None
-        if motors is None or not self._indices or instruction.type != self._indices[0]:
-            return False
-        second = self._indices[1] if len(self._indices) > 1 else motors[0]
-        return instruction.motor == second or instruction.motor in motors[1:]
-
-
-WRITERS: Final[Mapping[str, Mapping[str, tuple[int, ...]]]] = {
-    "ap": {"SAP": (0,), "AAP": (0,), "RSAP": (0,)},
-    "gp": {"SGP": (USER_BANK,), "AGP": (USER_BANK,), "RSGP": (USER_BANK,)},
-    "co": {"SCO": (0,), "CCO": (0, ALL_MOTORS), "ACO": (0,), "GCO": (0, ALL_COORDINATES)},
-    "out": {"SIO": (OUTPUT_BANK,)},
-}
-"""Commands that write a value they name: by its name and the mnemonic, the motor or bank where the value has one index,
-and further motors that stand for all.  Everything else is seen by its effect."""
-
-
-def _cause(instruction: Instruction | None) -> str:
-    return format_instruction(instruction) if instruction else "no command: the module itself"
-
-
-def telegram(done: Input) -> Instruction | None:
-    """The command in a whole telegram or frame that came over a line; None for anything else."""
-    if done.kind != "received":
-        return None
-    if isinstance(done.values[0], int):
-        data = done.values[1]
-        return unpack_can_request(data) if len(data) in CAN_SIZES else None
-    data = done.values[0]
-    try:
-        return unpack_request(data)[1]
-    except ValueError:
-        return None
-
-
-def described(done: Input) -> str:
-    """An input in words."""
-    sent = Instruction(*done.values) if done.kind == "command" else telegram(done)
-    if sent is not None:
-        return f"command of a host: {format_instruction(sent)}"
-    return _DESCRIBED.get(done.kind, _plain)(done)
-
-
-def _plain(done: Input) -> str:
-    return f"{done.kind}: {' '.join(map(str, done.values))}".removesuffix(": ")
-
-
-_DESCRIBED: Final[Mapping[str, Callable[[Input], str]]] = {
-    "assignment": lambda done: f"debugger: {done.values[0]} = {done.values[1]}",
-    "control": lambda done: f"debugger: {done.values[0]}",
-    "received": lambda done: "bytes of a host",
-    "plugged": lambda _: "a line was plugged in",
-    "unplugged": lambda _: "a line was unplugged",
-    "lines": lambda _: "the bench went on from a past moment",
-    HELD: lambda _: "the debugger held the program",
-    REFUSED: lambda _: "the debugger held the program after a refused command",
-}
-"""Inputs in words, by their kind; the others are named with their values."""

@@ -98,6 +98,8 @@ class View:
         """Labels and constants of the program, by upper-case name."""
         self.locked = False
         """The program is in the middle of something: its counter cannot be moved."""
+        self.read_only = ""
+        """Why nothing can be written; empty where it can."""
         self.on_write: list[Callable[[str, int], None]] = []
         """Called with each value that was changed through this view: its name with indices, and what it was set to."""
 
@@ -145,6 +147,8 @@ class View:
 
     def write(self, reference: Reference, value: int) -> None:
         """Change a value; raises `ExpressionError` where module or bench do not allow it."""
+        if self.read_only:
+            raise ExpressionError(self.read_only)
         name, key = reference.name, reference.name.lower()
         indices = values_of(reference.indices, self.read)
         if not INT32_MIN <= value <= INT32_MAX:

@@ -15,33 +15,34 @@ if TYPE_CHECKING:
     from tmcm34x.tmcl.datagram import Instruction
 
 
-def _bench(hub: Hub) -> Virtual:
+def bench_of(hub: Hub) -> Virtual:
+    """The virtual module; refused for a real one."""
     if not isinstance(hub.target, Virtual):
         raise wire.RefusalError("real", "Not available on a real module.")
     return hub.target
 
 
 async def _set_bench(hub: Hub, page: Page, call: wire.SetBench) -> None:
-    _bench(hub).set_bench(call)
+    bench_of(hub).set_bench(call)
     if call.what == "power":
         hub.authority.forget()
         await hub.debugger.release()
 
 
 async def _set_time(hub: Hub, page: Page, call: wire.SetTime) -> None:
-    _bench(hub).set_time(call)
+    bench_of(hub).set_time(call)
 
 
 async def _step_time(hub: Hub, page: Page, call: wire.StepTime) -> None:
-    _bench(hub).step_time(call)
+    bench_of(hub).step_time(call)
 
 
 async def _read_world(hub: Hub, page: Page, call: wire.ReadWorld) -> wire.World:
-    return _bench(hub).hands.shape()
+    return bench_of(hub).bench()
 
 
 async def _read_eeprom(hub: Hub, page: Page, call: wire.ReadEeprom) -> wire.Eeprom:
-    return _bench(hub).eeprom()
+    return bench_of(hub).eeprom()
 
 
 async def _export_settings(hub: Hub, page: Page, call: wire.ExportSettings) -> str:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x import __version__
 from tmcm34x.host.steps import RESET, RUN, STOP
-from tmcm34x.ide import bench_calls, folder, sequences, study, switching, wire
+from tmcm34x.ide import bench_calls, folder, past_calls, sequences, study, switching, wire
 from tmcm34x.ide.authority import Authority
 from tmcm34x.ide.building import Built, build, recognise
 from tmcm34x.ide.debugger import Debugger
@@ -53,7 +53,10 @@ class Hub:
         self.telegrams = telegrams
         self._seat(target)
         self.debugger = Debugger(
-            target, workspace.folder, permission(lambda: self.authority), lambda: self.authority.free
+            target,
+            workspace.folder,
+            permission(lambda: self.authority, lambda: past_calls.is_shown(self.target)),
+            lambda: self.authority.free,
         )
         self.switching = Switching(self, modules or plain(telegrams))
         self.pages: set[Page] = set()
@@ -67,6 +70,7 @@ class Hub:
             (self, _METHODS),
             (self, bench_calls.METHODS),
             (self, study.METHODS),
+            (self, past_calls.METHODS),
             (self.folder, folder.METHODS),
             (self.switching, switching.METHODS),
         )
@@ -79,7 +83,8 @@ class Hub:
         """Begin."""
         await self._begin()
         self._spawn(self.folder.watch())
-        self._spawn(self.debugger.run(self.tell, self._hurry))
+        self._spawn(past_calls.follow(self))
+        self._spawn(self.debugger.run(self.tell_mark, self.hurry))
 
     # The module
 
@@ -126,7 +131,7 @@ class Hub:
             page.begin_anew()
             self._greet(page)
         self.watches_changed()
-        self._hurry()
+        self.hurry()
         self._spawn(self.debugger.renew())
 
     def halt(self) -> None:
@@ -151,6 +156,11 @@ class Hub:
 
     # Pages
 
+    def tell_mark(self, event: wire.Event) -> None:
+        """Send an event of the debugger's to all pages; what it marks is in the history too."""
+        if past_calls.note(self.target, event):
+            self.tell(event)
+
     def tell(self, event: wire.Event) -> None:
         """Send an event to all pages."""
         for page in self.pages:
@@ -170,7 +180,7 @@ class Hub:
                 page.send(self.welcome(page.number))
         self.tell(event)
 
-    def _hurry(self) -> None:
+    def hurry(self) -> None:
         """Something happened that people wait for: show the state now."""
         for page in self.pages:
             page.hurry()
@@ -185,6 +195,9 @@ class Hub:
         page.send(self.welcome(page.number))
         page.send(self.target.link)
         page.send(self.authority.shape)
+        past = past_calls.past_of(self.target)
+        if past is not None:
+            page.send(past.shape)
 
     def leave(self, page: Page) -> None:
         """A window closes."""
@@ -222,6 +235,7 @@ class Hub:
 
     async def answer(self, page: Page, call: wire.Call) -> object:
         """Do what a page asks for."""
+        past_calls.expect_present(self.target, call)
         begin = BEGIN.get(type(call))
         if begin is None:
             return await self._methods[type(call)](page, call)
@@ -373,14 +387,11 @@ class Hub:
 MAX_WATCHES: Final = 8
 MAX_RATE_HZ: Final = 60
 
-_CONTROL: Final[Mapping[str, tuple[int, ...]]] = {
-    "run": (RESET, RUN),
-    "stop": (STOP,),
-    "reset": (RESET,),
-}
+_CONTROL: Final[Mapping[str, tuple[int, ...]]] = {"run": (RESET, RUN), "stop": (STOP,), "reset": (RESET,)}
 """Control functions by action."""
 
-_ELSEWHERE: Final = (BEGIN, switching.METHODS, folder.METHODS, bench_calls.METHODS, study.METHODS)
+_PARTS: Final = (switching, folder, bench_calls, past_calls, study)
+_ELSEWHERE: Final = (BEGIN, *(part.METHODS for part in _PARTS))
 _METHODS: Final[Mapping[type, Callable[..., Awaitable[object]]]] = {
     call: getattr(Hub, f"_{call.__struct_config__.tag}")
     for call in wire.CALLS

@@ -13,17 +13,24 @@ if TYPE_CHECKING:
 
 _GOING: Final = frozenset({"continue", "next", "stepIn", "stepOut", "restart", "restartFrame", "goto"})
 """Requests after which the program goes on."""
+_ALONG: Final = frozenset({"continue", "next", "stepIn", "stepOut"})
+"""Those that move along the history while a past moment is shown."""
 _CHANGING: Final = frozenset({"setVariable", "setExpression"})
 
 Permit = Callable[[str, Mapping[str, Any]], None]
 """Takes a request's command and arguments; raises `wire.RefusalError` where it may not be done."""
 
 
-def permission(of: Callable[[], Authority]) -> Permit:
-    """What a debugger must ask before each request; `of` gives the authority over the present module."""
+def permission(of: Callable[[], Authority], past: Callable[[], bool] = lambda: False) -> Permit:
+    """What a debugger must ask before each request.
+
+    of: gives the authority over the present module; past: whether a past moment is shown
+    """
 
     def permit(command: str, arguments: Mapping[str, Any]) -> None:
         authority = of()
+        if command in _ALONG and past():
+            return
         if command in _GOING:
             authority.permit_program()
         elif command in _CHANGING:

@@ -61,7 +61,14 @@ class Remote:
 
     def __init__(self, url: Url, telegrams: Telegrams, *, patient: bool = False) -> None:
         self.source: wire.Source = _SOURCES[url.scheme]
-        self.ability = wire.Ability(bench=False, debug=False, peek=False, language_server=True)
+        self.ability = wire.Ability(
+            bench=False,
+            debug=False,
+            peek=False,
+            language_server=True,
+            history=False,
+            irreversible=RemoteSession.irreversible,
+        )
         self.url = url
         """The line as it is now: the IDE follows its own changes of address, rate and identifiers."""
         self._telegrams = telegrams

@@ -14,14 +14,14 @@ from __future__ import annotations
 import struct
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
 from tmcm34x import clock
+from tmcm34x.clock import Timed
 from tmcm34x.ide import wire
 from tmcm34x.tmcl.commands import MOTORS
 
 if TYPE_CHECKING:
-    from tmcm34x.bench import Rig
     from tmcm34x.host.polling import Polled
 
 PERIOD: Final = clock.HZ // 50
@@ -100,22 +100,35 @@ def _pack(row: Row, watches: Sequence[wire.Watched]) -> bytes:
     return _HEAD.pack(row.when, looked, known) + numbers
 
 
+class Bench(Timed, Protocol):
+    """What is sampled: a bench, or the history of one."""
+
+    @property
+    def now(self) -> int:
+        """Its clock."""
+        ...
+
+
 class Sampled:
-    """`rig` as a part, with `take` called every `PERIOD` while time passes and `wanted` says so.
+    """A bench as a part, with `take` called every `PERIOD` while time passes and `wanted` says so.
 
     It makes no event of its own: taking samples does not advance time.
     """
 
-    def __init__(self, rig: Rig, take: Callable[[], None], wanted: Callable[[], bool]) -> None:
-        self._rig = rig
+    def __init__(self, bench: Bench, take: Callable[[], None], wanted: Callable[[], bool]) -> None:
+        self._rig = bench
         self._take = take
         self._wanted = wanted
         self._due = 0
 
     @property
     def now(self) -> int:
-        """The rig's clock."""
+        """The bench's clock."""
         return self._rig.now
+
+    def begin_anew(self) -> None:
+        """The bench was brought to another clock."""
+        self._due = self._rig.now
 
     def next_event(self) -> int:
         """The rig's."""

@@ -12,25 +12,24 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
-from tmcm34x.board.board import INPUTS
 from tmcm34x.debug.sessions.base import Listener
 from tmcm34x.debug.sessions.live import LiveSession
-from tmcm34x.firmware.axis import A_ACTUAL, RAMP_MODE, STOP_SWITCHES, V_ACTUAL, V_TARGET, X_ACTUAL, X_TARGET
-from tmcm34x.host.polling import COORDINATE_BANK, reader
 from tmcm34x.host.steps import ASCII_MODE, FACTORY_RESET
 from tmcm34x.ide import wire
 from tmcm34x.ide.curves import changes, curves, notable
 from tmcm34x.ide.exchange import answered, unanswered
 from tmcm34x.ide.hands import Hands
+from tmcm34x.ide.past import NOT_NOW, Past
 from tmcm34x.ide.sampling import Sampled, Samples
+from tmcm34x.ide.seen import Seen
 from tmcm34x.ide.state import ALL_UNKNOWN, NOW, State, bits, empty, put
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import SIZE, Instruction, pack_request
-from tmcm34x.tmcl.numbers import AP
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
+    from tmcm34x.firmware.module import Module
     from tmcm34x.ide.target import T, Tell
     from tmcm34x.links import Connect, Peer, Send
     from tmcm34x.server import Server
@@ -42,8 +41,6 @@ LOOKED_AT_S: Final = 3.0
 """A page that asked for state less than this ago is looking."""
 
 _EVENT: Final = bytes((Status.POSITION_REACHED, 138))
-_SCALE: Final = (AP.MICROSTEP_RESOLUTION, AP.PULSE_DIVISOR, AP.RAMP_DIVISOR)
-"""Axis parameters that make units of numbers: microstep resolution, pulse and ramp divisor."""
 
 
 class _Desk:
@@ -96,8 +93,10 @@ class Virtual:
         self.world = self.rig.worlds[0]
         self.model = self.module.board.model
         self.place = place
-        self.ability = wire.Ability(bench=True, debug=True, peek=True, language_server=True)
-        self.hands = Hands(self.world, place)
+        self.ability = wire.Ability(
+            bench=True, debug=True, peek=True, language_server=True, history=True, irreversible=""
+        )
+        self.hands = Hands(self.rig, place)
         self._session: LiveSession | None = None
         self.plugged = True
         self._memory_file = memory_file
@@ -108,12 +107,17 @@ class Virtual:
         self.samples = Samples()
         self._watches: list[wire.Watched] = []
         self._looked_s = -math.inf
-        server.part = Sampled(self.rig, self._sample, self._looking)
+        self.past = Past(server, self._turned)
+        self._present, self._past = Seen(self.rig), Seen(self.past.history.past)
+        self._sampled = Sampled(self.past.history, self._sample, self._looking)
+        server.part = self._sampled
         self._received = bytearray()
         self._answer: asyncio.Future[bytes] | None = None
         self._seen: tuple[int, float] | None = None
         self._speed = 0.0
         self._notable: tuple[int, ...] = ()
+        self._looking_back = False
+        self._bench_told: wire.World | None = None
 
     async def open(self, tell: Tell) -> None:
         """Plug in the line; time begins to run."""
@@ -134,6 +138,8 @@ class Virtual:
 
     async def exchange(self, instruction: Instruction) -> wire.Exchange:
         """Send a command and wait for its answer."""
+        if self.past.shown:
+            raise wire.RefusalError("past", NOT_NOW)
         async with self._lock:
             sent = pack_request(self.module.address, instruction)
             if not self.plugged:
@@ -161,7 +167,8 @@ class Virtual:
         return await self.exchange(instruction)
 
     def urgent(self, instructions: Sequence[Instruction]) -> None:
-        """Send commands on a line of their own, without waiting for answers."""
+        """Send commands on a line of their own, without waiting for answers; the present is shown again."""
+        self.past.leave()
         if self.plugged:
             for instruction in instructions:
                 self._urgent.write(pack_request(self.module.address, instruction))
@@ -215,7 +222,7 @@ class Virtual:
         """Run control of the module's program, the former one ended."""
         if self._session is not None:
             self._session.close()
-        self._session = LiveSession(self.module, listener, world=self.world)
+        self._session = LiveSession(self.module, listener, world=self.world, playback=self.past.playback)
         return self._session
 
     async def debug(self, work: Callable[[], T], *, polling: bool = False) -> T:
@@ -228,7 +235,9 @@ class Virtual:
 
     @property
     def _held(self) -> bool:
-        """Whether the program is held where it may go on."""
+        """Whether the program is held where it may go on; a past moment stands."""
+        if self.past.shown:
+            return True
         session = self._session
         return session is not None and session.stop is not None and not session.running
 
@@ -240,18 +249,9 @@ class Virtual:
     async def read(self, items: Sequence[wire.Watched]) -> list[int | None]:
         """Values of parameters and coordinates, as a command would read them."""
         self.server.catch_up()
-        values = [self._read(item) for item in items]
+        values = self.watched(items)
         self.server.settle()
         return values
-
-    def _read(self, item: wire.Watched) -> int | None:
-        if not self.module.powered:
-            return None
-        command = reader(item.bank, item.number, item.motor)
-        if command is None:
-            return None
-        status, value = self.module.peek(command)
-        return value if status == Status.OK else None
 
     def watch(self, items: Sequence[wire.Watched]) -> None:
         """Sample these too."""
@@ -264,32 +264,62 @@ class Virtual:
     def _sample(self) -> None:
         """A row of samples, as of now."""
         values = curves(self.module)
-        self.samples.add(self.rig.now, values, {item: self._read(item) for item in self._watches})
+        self.samples.add(self.rig.now, values, {item: self._present.read(item) for item in self._watches})
+        self._note()
 
     def watched(self, items: Sequence[wire.Watched]) -> list[int | None]:
         """Present values of watched parameters."""
-        return [self._read(item) for item in items]
+        return [self._shown.read(item) for item in items]
 
     # State
+
+    @property
+    def _shown(self) -> Seen:
+        """The module as it is shown: that of the present, or a past one."""
+        if not self.past.shown:
+            return self._present
+        self.past.playback.seek()
+        return self._past
+
+    def _turned(self) -> None:
+        """Another moment is shown, or the bench went on from a past one."""
+        self._seen, self._speed = None, self.server.pace.speed
+        self._sampled.begin_anew()
+        if not self.past.shown:
+            self._notable = notable(self.module)
+        self._tell_of_bench()
+        if self._looking_back != self.past.shown:
+            self._looking_back = self.past.shown
+            self._tell(self.past.shape)
+
+    def bench(self) -> wire.World:
+        """What hangs on the module as it is shown."""
+        return self.hands.shape(self._shown.world)
+
+    def _tell_of_bench(self) -> None:
+        shape = self.bench()
+        if shape != self._bench_told:
+            self._bench_told = shape
+            self._tell(wire.WorldChanged(shape))
 
     def state(self) -> State:
         """Everything that is shown live, as of now."""
         self._looked_s = self.server.pace.monotonic()
         self.server.catch_up()
-        state = empty()
-        self._put_time(state)
-        self._put_program(state)
+        state, shown = empty(), self._shown
+        self._put_time(state, shown.module)
+        shown.put_program(state, held=self._held)
         for motor in range(MOTORS):
-            self._put_motor(state, motor)
-        self._put_board(state)
-        off = 0 if self.module.powered else ALL_UNKNOWN
+            shown.put_motor(state, motor)
+        shown.put_board(state)
+        off = 0 if shown.module.powered else ALL_UNKNOWN
         put(state, "quality", off, off, off, off & 0xFFFF, 0, NOW)
         self.server.settle()
         self._note()
         return state
 
-    def _put_time(self, state: State) -> None:
-        pace, now = self.server.pace, self.rig.now
+    def _put_time(self, state: State, module: Module) -> None:
+        pace, now = self.server.pace, module.now
         wall_s = pace.monotonic()
         if self._seen is None:
             self._seen = now, wall_s
@@ -297,51 +327,16 @@ class Virtual:
             self._speed = (now - self._seen[0]) / clock.HZ / (wall_s - self._seen[1])
             self._seen = now, wall_s
         speed = 0.0 if pace.paused else round(self._speed, 2)
-        flags = bits(pace.paused, self.module.powered, self.plugged)
+        flags = bits(pace.paused, module.powered, self.plugged, self.past.shown)
         put(state, "time", now, speed, pace.speed, flags)
-
-    def _put_program(self, state: State) -> None:
-        program = self.module.program
-        flags = bits(*program.flags.values(), program.downloading)
-        put(
-            state, "program", program.state, self._held, flags, program.counter,
-            len(program.stack), program.accumulator, program.x,
-        )  # fmt: skip
-
-    def _put_motor(self, state: State, motor: int) -> None:
-        module, axis = self.module, self.module.axes[motor]
-        board = module.board
-        view = self.world.mounts[motor].view()
-        on = module.powered and board.enabled[motor] and board.currents[motor] > 0
-        flags = bits(
-            axis.left_switch, axis.right_switch, axis.left_switch, axis.at_target,
-            bool(axis.read(STOP_SWITCHES[0])), bool(axis.read(STOP_SWITCHES[1])), on,
-            view.grip in {"stalled", "blocked"},
-        )  # fmt: skip
-        encoder = self._peek(AP.ENCODER_POSITION, motor)
-        put(
-            state, f"motor{motor}", axis.read(X_ACTUAL), axis.read(X_TARGET), axis.read(V_ACTUAL), axis.read(V_TARGET),
-            axis.read(A_ACTUAL), encoder, flags, self._peek(AP.LOAD_VALUE, motor),
-            self._peek(AP.DRIVER_ERROR_FLAGS, motor), board.currents[motor] if on else 0, axis.read(RAMP_MODE),
-            axis.search, *(axis.values.get(number, 0) for number in _SCALE),
-            view.angle_rad, round(view.lost_fullsteps),
-            view.load, view.position,
-        )  # fmt: skip
-
-    def _peek(self, parameter: int, motor: int) -> int:
-        """An axis parameter, 0 where it is not there or not known."""
-        return self._read(wire.Watched(-1, parameter, motor)) or 0
-
-    def _put_board(self, state: State) -> None:
-        board = self.module.board
-        levels = (board.analog_input(n) for n in range(INPUTS))
-        put(state, "board", board.digital_inputs(), board.outputs, board.shutdown_level(), *levels)
 
     def _note(self) -> None:
         """Tell of what a plot should mark: the program's state, the switches, and the power."""
         before, self._notable = self._notable, notable(self.module)
         for kind, motor, text in changes(before, self._notable):
-            self._tell(wire.Happened(self.rig.now, kind, motor, text))
+            event = wire.Happened(self.rig.now, kind, motor, text)
+            self.past.note(event)
+            self._tell(event)
 
     # The bench
 
@@ -353,7 +348,7 @@ class Virtual:
         else:
             self.hands.do(call)
         self.server.settle()
-        self._tell(wire.WorldChanged(self.hands.shape()))
+        self._tell_of_bench()
 
     def set_time(self, call: wire.SetTime) -> None:
         """Hold time, let it go, change its speed."""
@@ -376,22 +371,4 @@ class Virtual:
 
     def eeprom(self) -> wire.Eeprom:
         """The module's memory."""
-        eeprom = self.module.eeprom
-        values = [
-            wire.StoredValue(-1, number, motor, value)
-            for motor, stored in enumerate(eeprom.axis_values)
-            for number, value in sorted(stored.items())
-        ]
-        values += [
-            wire.StoredValue(0, number, 0, value) for number, value in sorted(eeprom.global_values.items())
-        ]
-        values += [
-            wire.StoredValue(2, number, 0, value) for number, value in enumerate(eeprom.variables) if value
-        ]
-        values += [
-            wire.StoredValue(COORDINATE_BANK, number, motor, value)
-            for motor, stored in enumerate(eeprom.coordinates)
-            for number, value in enumerate(stored, 1)
-            if value
-        ]
-        return wire.Eeprom(eeprom.to_bytes().hex(), values, self._memory_file)
+        return self._shown.eeprom(self._memory_file)

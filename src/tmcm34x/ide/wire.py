@@ -123,7 +123,7 @@ CURVES: Final = (
 """Columns of a motor, all columns of motor 0 first; after the motors come the program counter, the outputs and the
 watched parameters."""
 
-TIME_FLAGS: Final = ("paused", "powered", "plugged")
+TIME_FLAGS: Final = ("paused", "powered", "plugged", "past")
 PROGRAM_FLAGS: Final = ("zero", "equal", "lower", "greater", "eto", "eal", "edv", "epo", "esd", "downloading")
 WATCH_BIT: Final = 7
 """Bit of the mask byte for the watched parameters, in the order of `Watch`: a byte with a bit for each that is known,
@@ -242,6 +242,10 @@ class Ability(Shape):
     peek: bool
     """Every value is read without a telegram."""
     language_server: bool
+    history: bool
+    """Past moments can be shown."""
+    irreversible: str
+    """Why not; empty where they can."""
 
 
 class FileEntry(Shape):
@@ -574,6 +578,39 @@ class World(Shape):
     """Motors of two carriages that move one tool, X first; empty for none."""
 
 
+class Branch(Shape):
+    """One course of events in the history; clocks are virtual time in chip clocks."""
+
+    number: int
+    parent: int
+    """Of the branch that it left, -1 of the first."""
+    since: float
+    """When it left that."""
+    oldest: float
+    """The oldest moment that can be reached."""
+    end: float
+    inputs: int
+    """How much came from outside: telegrams, actions on the bench, a debugger's commands."""
+
+
+class Mark(Shape):
+    """Something that happened, as in `Happened`."""
+
+    clock: float
+    kind: str
+    motor: int
+    text: str
+
+
+class Marks(Shape):
+    """What happened in a branch from `oldest` to `end`; `telegrams` counts them in equal parts of that time."""
+
+    oldest: float
+    end: float
+    telegrams: list[int]
+    marks: list[Mark]
+
+
 class StoredValue(Shape):
     """A value in the EEPROM; bank -1 is an axis parameter, -2 a coordinate."""
 
@@ -903,6 +940,33 @@ class StepTime(Call, tag="step_time"):
     ms: float
 
 
+class ShowPast(Call, tag="show_past"):
+    """Show a moment of the history in all windows; refused with code `history` where it cannot be reached.
+
+    clock: virtual time in chip clocks; branch: its number, the one that is shown unless given
+    """
+
+    clock: float
+    branch: int | None = None
+
+
+class LeavePast(Call, tag="leave_past"):
+    """Show the present again."""
+
+
+class GoOn(Call, tag="go_on"):
+    """Make the past moment that is shown the present one, in a new branch; `hold` with time standing still."""
+
+    hold: bool = False
+
+
+class ReadMarks(Call, tag="read_marks"):
+    """What happened in a branch of the history."""
+
+    branch: int
+    returns: ClassVar[Any] = Marks
+
+
 class ReadWorld(Call, tag="read_world"):
     """What hangs on the module."""
 
@@ -990,6 +1054,7 @@ AnyCall = (
     | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why
     | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog
     | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom
+    | ShowPast | LeavePast | GoOn | ReadMarks
     | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping
 )  # fmt: skip
 """Everything a page may ask for."""
@@ -1125,6 +1190,21 @@ class Happened(Event, tag="happened"):
     text: str
 
 
+class History(Event, tag="history"):
+    """How far the history of a virtual module reaches; the present branch is the last one."""
+
+    memory: int
+    """Used [bytes], of `limit`."""
+    limit: int
+    present: int
+    """Number of the branch of the present."""
+    now: float
+    """The clock of the present."""
+    shown: int
+    """Number of the branch of the past moment that is shown; -1 for the present."""
+    branches: list[Branch]
+
+
 class WorldChanged(Event, tag="world_changed"):
     """The bench's settings now."""
 
@@ -1185,7 +1265,7 @@ class Output(Event, tag="output"):
 
 AnyEvent = (
     Answer | Refusal | Welcome | FilesChanged | Loaded | Progress
-    | Telegrams | Happened | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint
+    | Telegrams | Happened | History | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint
     | ScanProgress | ScanFound | ScanFailed | ScanEnded
 )  # fmt: skip
 """Everything that the server may send as text."""

@@ -22,7 +22,8 @@ from tmcm34x.debug.branches import HistoryError
 from tmcm34x.debug.conditions import Condition
 from tmcm34x.debug.history import LIMIT
 from tmcm34x.debug.history import History as Kept
-from tmcm34x.debug.reverse import Here, Write, last_write, stretches
+from tmcm34x.debug.reverse import Here, stretches
+from tmcm34x.debug.writes import Write, last_write
 from tmcm34x.testing.base import PATIENCE_S, TooLateError
 from tmcm34x.tmcl.mnemonic import parse_instruction
 

@@ -58,9 +58,12 @@ def simple_part(law: Law, start: RampState, aim: int) -> Coast | Change:
             part.mark = part.end - law.ramp_mask
     else:
         ramps = (speed - aim - 1) // step
-        if law.mode <= SOFT and x == law.x_target:
+        at_target = law.mode <= SOFT and x == law.x_target
+        if at_target:
             ramps = min(ramps, (speed - (law.v_min + 1 << 8)) // step + 1)
         part = Change(law, start, direction, -step, ramps)
+        if at_target:
+            part.mark = part.end - law.ramp_mask
     return _until(law, part, room)
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.debug.control import Control, Reason, Stop
-from tmcm34x.debug.reverse import Sought, Write, last_write, previous_command, previous_stop
+from tmcm34x.debug.reverse import Sought, previous_command, previous_stop
+from tmcm34x.debug.writes import Write, last_write
 
 if TYPE_CHECKING:
     from tmcm34x.debug.breaks import Breaks

@@ -15,9 +15,9 @@ from tmcm34x.debug.control import Breakpoint, Stop
 
 if TYPE_CHECKING:
     from tmcm34x.debug.breaks import Wanted
-    from tmcm34x.debug.reverse import Write
     from tmcm34x.debug.view import View
     from tmcm34x.debug.watches import Watch
+    from tmcm34x.debug.writes import Write
     from tmcm34x.tmcl.datagram import Instruction
     from tmcm34x.toolchain.assembler import Assembly
     from tmcm34x.toolchain.diagnostics import Location

@@ -1,57 +1,113 @@
 """Run control over a module of this process whose time the server moves.
 
-The program is stopped as a host would stop it; motors, lines and the clock go on.
+The program is stopped as a host would stop it; motors, lines and the clock go on.  With a history what is held,
+started and changed is recorded, and a past moment may be shown: then the session looks at that, going on moves along
+what was recorded up to the present, and what would change anything is refused.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from tmcm34x.debug.branches import HistoryError
 from tmcm34x.debug.breaks import Wanted
 from tmcm34x.debug.control import Breakpoint, Stop
+from tmcm34x.debug.course import CONTROLS, HELD, REFUSED
 from tmcm34x.debug.expressions import ExpressionError
+from tmcm34x.debug.reverse import Here, next_command, next_stop
+from tmcm34x.debug.sessions.backward import Backward
 from tmcm34x.debug.sessions.base import Listener, Text
 from tmcm34x.debug.sessions.local import LocalSession
-from tmcm34x.debug.sessions.one_way import OneWay
+from tmcm34x.debug.view import View
 from tmcm34x.debug.watches import Watch
 
 if TYPE_CHECKING:
     from tmcm34x.bench import World
+    from tmcm34x.debug.playback import Playback
     from tmcm34x.firmware.module import Module
+    from tmcm34x.tmcl.datagram import Instruction
 
 POLL_S: Final = 0.05
 """Time between two looks at the program [s]."""
 
 
-class LiveSession(OneWay, LocalSession):
+class Scene(NamedTuple):
+    """What a session looks at."""
+
+    module: Module
+    view: View
+
+
+IRREVERSIBLE: Final = "the module's time is not this session's: its hosts would not go back with it"
+"""Why a program cannot be taken back where no history is kept."""
+PAST: Final = "a past moment is shown: go on from here, or return to the present"
+"""Why nothing can be changed."""
+
+
+class LiveSession(Backward, LocalSession):
     """A program on a bench whose time its owner advances; bring the bench to now before calling any method.
 
     Holding is control function 128, going on is 129: a WAIT that was interrupted begins again.
     """
 
-    irreversible = "the module's time is not this session's: its hosts would not go back with it"
     owns_time = False
     over = False
     exit_code = 0
+    _number = 0
+    """Index of the module on its bench."""
 
     def __init__(
-        self, module: Module, listener: Listener, text: Text | None = None, world: World | None = None
+        self,
+        module: Module,
+        listener: Listener,
+        text: Text | None = None,
+        world: World | None = None,
+        playback: Playback | None = None,
     ) -> None:
         super().__init__(module, world, listener, text)
-        self._going = self.program.active
-        self._controls = self.program.controls
-        self.program.on_refusal.append(self._holds_after)
+        self._present = Scene(module, self.view)
+        self._live = self.program
+        self._going = self._live.active
+        self._controls = self._live.controls
+        self._live.on_refusal.append(self._holds_after)
+        self._playback = playback
+        self._past = self._present
+        self._past_stop: Stop | None = None
+        """Why a past moment is shown; None where it was just chosen."""
+        if playback is not None:
+            self._follow(playback)
+
+    def _follow(self, playback: Playback) -> None:
+        """Record what is done here, and show what is shown there."""
+        rig, number = playback.history.past, self._number
+        self._past = Scene(rig.modules[number], View.of(rig.modules[number], rig.worlds[number]))
+        self._past.view.read_only = PAST
+        self.view.on_write.append(self._note_assignment)
+        playback.on_change.append(self._turn_to)
+        playback.history.on_change.append(self._begin_anew)
+        self._turn_to()
+
+    @property
+    def irreversible(self) -> str:
+        """Why the program cannot be taken back; empty where it can."""
+        return "" if self._playback is not None else IRREVERSIBLE
+
+    @property
+    def _looking_back(self) -> bool:
+        return self._playback is not None and self._playback.shown is not None
 
     @property
     def stop(self) -> Stop | None:
         """Why the program is held; None while it is not, or since another host has started or stopped it."""
-        return self._stop if self._controls == self.program.controls else None
+        if self._looking_back:
+            return (self._past_stop or Stop("goto", 0))._replace(address=self.program.counter)
+        return self._stop if self._controls == self._live.controls else None
 
     @property
     def running(self) -> bool:
-        """Whether the program runs."""
-        return self.program.active
+        """Whether the program runs; a past moment stands."""
+        return self._live.active and not self._looking_back
 
     def begin(self, *, hold: bool) -> None:
         """Take the program as it is; hold it if asked for."""
@@ -78,9 +134,13 @@ class LiveSession(OneWay, LocalSession):
         """End the run control; the program goes on."""
         self.set_breakpoints([])
         self.breaks.close()
-        self.program.unhook(self._before)
-        if self._holds_after in self.program.on_refusal:
-            self.program.on_refusal.remove(self._holds_after)
+        self._live.unhook(self._before)
+        if self._holds_after in self._live.on_refusal:
+            self._live.on_refusal.remove(self._holds_after)
+        if self._playback is not None and self._turn_to in self._playback.on_change:
+            self._playback.on_change.remove(self._turn_to)
+            self._playback.history.on_change.remove(self._begin_anew)
+            self._present.view.on_write.remove(self._note_assignment)
 
     def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
         """Hold at these instead of the present ones."""
@@ -97,17 +157,28 @@ class LiveSession(OneWay, LocalSession):
         self.breaks.set(wanted)
         self._attach()
 
+    def execute(self, instruction: Instruction) -> tuple[int, int]:
+        """Execute a command in direct mode."""
+        self._expect_present()
+        result = super().execute(instruction)
+        self._note("command", tuple(instruction))
+        return result
+
     def resume(self) -> None:
-        """Let the program go on."""
+        """Let the program go on; from a past moment, to where something held it or to the present."""
+        if self._looking_back:
+            self._go_forward(None)
+            return
         self._stop = None
         self._going = True
         self._attach()
-        self.program.run()
-        self._controls = self.program.controls
+        self._do("run")
+        self._controls = self._live.controls
 
     def restart(self) -> None:
         """Start the program from its beginning."""
-        self.program.reset()
+        self._expect_present()
+        self._do("reset")
         self.resume()
 
     def step_in(self) -> None:
@@ -124,57 +195,153 @@ class LiveSession(OneWay, LocalSession):
 
     def pause(self) -> None:
         """Hold the program where it is."""
-        if self.program.active:
-            self.program.stop()
-            self._hold(Stop("pause", self.program.counter))
+        if self._live.active and not self._looking_back:
+            self._do("stop")
+            self._hold(Stop("pause", self._live.counter))
 
     def jump(self, address: int) -> None:
         """Have the program go on at `address`."""
+        self._expect_present()
         self.view.assign("counter", str(address))
+
+    def restart_frame(self, number: int) -> None:
+        """Go back to the first command of an open routine."""
+        self._expect_present()
+        super().restart_frame(number)
 
     def look(self) -> None:
         """Report what causes no other event: the program has ended, or another host has stopped it."""
-        if self._controls != self.program.controls:
-            self._controls = self.program.controls
+        if self._looking_back:
+            return
+        if self._controls != self._live.controls:
+            self._controls = self._live.controls
             self._let_go()
-        stop = self.breaks.look(self.program.counter)
+        stop = self.breaks.look(self._live.counter)
         if stop is not None:
-            self.program.stop()
+            self._do("stop")
             self._hold(stop)
-        elif self._going and not self.program.active:
+        elif self._going and not self._live.active:
             self._let_go()
             self.listener.ended()
 
     def _holds_after(self) -> bool:
         """Whether to hold after the command that was just refused."""
-        stop = self.breaks.look(self.program.counter)
+        stop = self.breaks.look(self._live.counter)
         if stop is not None:
+            self._note_hold(REFUSED, ())
             self._hold(stop)
         return stop is not None
+
+    # The past
+
+    def _expect_present(self) -> None:
+        if self._looking_back:
+            raise HistoryError(PAST)
+
+    def _turn_to(self) -> None:
+        """Look at the moment that is shown now."""
+        scene = self._past if self._looking_back else self._present
+        scene.view.symbols = self.view.symbols
+        self.module, self.view, self.program = scene.module, scene.view, scene.module.program
+        self._past_stop = None
+
+    def _begin_anew(self) -> None:
+        """The bench was brought back: whatever was under way here has not happened."""
+        self._controls = self._live.controls
+        self._stop, self._going = None, self._live.active
+        self.control.clear_step()
+        self.breaks.look_again()
+        self.watches.look_again()
+        self._attach()
+
+    def _here(self) -> Here:
+        if self._playback is None:
+            raise HistoryError(self.irreversible)
+        return self._playback.here(self._number)
+
+    def _go_back(self, clock: int, stop: Stop) -> None:
+        if self._playback is not None:
+            self._playback.show(clock)
+            self._past_stop = stop
+            self.listener.held(stop._replace(address=self.program.counter))
+
+    def _go_forward(self, step: tuple[int | None] | None) -> None:
+        """Along what was recorded: to the end of a step (how deep it may end), or to where something held."""
+        here = self._here()
+        clock = here.clock
+        moment = None if step is None else next_command(here, *step)
+        end = here.branch.end if moment is None else moment.clock
+        here.course_to(clock)
+        found = next_stop(here, self._sought, end)
+        if found is not None and not self._is_present(here, found.clock):
+            self._go_back(*found)
+        elif moment is not None and found is None:
+            self._go_back(moment.clock, Stop("step", moment.address))
+        else:
+            self._go_to_end(here)
+
+    def _is_present(self, here: Here, clock: int) -> bool:
+        """Whether the program stands there as it is held now."""
+        here.course_to(clock)
+        at_end = here.branch is here.history.branch and not self._live.active
+        return at_end and here.program.executed == self._live.executed
+
+    def _go_to_end(self, here: Here) -> None:
+        """To the present, or to the end of a branch that was left."""
+        if here.branch is not here.history.branch:
+            self._go_back(here.branch.end, Stop("goto", -1, "the end of this branch"))
+        elif self._playback is not None:
+            self._playback.leave()
+            if not self.running:
+                self.listener.held(self.stop or Stop("pause", self._live.counter))
+
+    # What is recorded
+
+    def _note(self, kind: str, values: tuple[Any, ...]) -> None:
+        if self._playback is not None:
+            self._playback.history.record(kind, self._number, values)
+
+    def _note_hold(self, kind: str, values: tuple[int, ...]) -> None:
+        if self._playback is not None:
+            self._playback.history.record_hold(kind, self._number, values)
+
+    def _note_assignment(self, target: str, value: int) -> None:
+        self._note("assignment", (target, value))
+
+    def _do(self, control: str) -> None:
+        """Run, stop or reset the program."""
+        CONTROLS[control](self._live)
+        self._note("control", (control,))
+
+    # Holding
 
     def _let_go(self) -> None:
         """Whatever was under way is over."""
         self._stop = None
-        self._going = self.program.active
+        self._going = self._live.active
         self.control.clear_step()
         self._attach()
 
     def _step(self, depth: int | None) -> None:
+        if self._looking_back:
+            self._go_forward((depth,))
+            return
         self.control.step(depth)
         self.resume()
 
     def _before(self, address: int) -> bool:
         stop = self.breaks.look(address) or self.watches.look(address)
         if stop is None and self.control.concerns(address):
-            stop = self.control.look(address, len(self.program.stack))
+            stop = self.control.look(address, len(self._live.stack))
         if stop is None:
             return False
+        self._note_hold(HELD, (address,))
         self._hold(stop)
         return True
 
     def _hold(self, stop: Stop) -> None:
         self._stop = stop
-        self._controls = self.program.controls
+        self._controls = self._live.controls
         self._going = False
         self.control.clear_step()
         self._attach()
@@ -184,6 +351,6 @@ class LiveSession(OneWay, LocalSession):
         """Have the program ask before the commands that matter."""
         each = bool(self.watches) or self.breaks.besides_refusals
         if self.control.idle and not each:
-            self.program.unhook(self._before)
+            self._live.unhook(self._before)
         else:
-            self.program.hook(self._before, None if each else self.control.addresses)
+            self._live.hook(self._before, None if each else self.control.addresses)

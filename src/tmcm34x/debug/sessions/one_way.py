@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tmcm34x.debug.branches import HistoryError
-from tmcm34x.debug.reverse import Write
+from tmcm34x.debug.writes import Write
 
 
 class OneWay:
