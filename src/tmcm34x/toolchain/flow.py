@@ -184,40 +184,63 @@ def _reach(edges: Edges, starts: Iterable[int]) -> set[int]:
 
 
 def components(edges: Edges, starts: Iterable[int]) -> list[list[int]]:
-    """Tarjan's algorithm with a stack of its own: programs are longer than Python's is deep."""
-    index: dict[int, int] = {}
-    low: dict[int, int] = {}
-    members: list[int] = []
-    waiting: set[int] = set()
-    components: list[list[int]] = []
-    path: list[tuple[int, Iterator[int]]] = []
-
-    def enter(node: int) -> None:
-        index[node] = low[node] = len(index)
-        members.append(node)
-        waiting.add(node)
-        path.append((node, iter(edges[node])))
-
+    """The strongly connected components that can be reached from `starts`, each before those that it leads to."""
+    search = _Components(edges)
     for start in starts:
-        if start not in index:
-            enter(start)
-        while path:
-            node, following = path[-1]
-            for target in following:
-                if target not in index:
-                    enter(target)
-                    break
-                if target in waiting:
-                    low[node] = min(low[node], index[target])
-            else:
-                path.pop()
-                if path:
-                    caller = path[-1][0]
-                    low[caller] = min(low[caller], low[node])
-                if low[node] == index[node]:
-                    component: list[int] = []
-                    while not component or component[-1] != node:
-                        component.append(members.pop())
-                        waiting.discard(component[-1])
-                    components.append(component)
-    return components[::-1]
+        if start not in search.index:
+            search.run(start)
+    return search.found[::-1]
+
+
+class _Components:
+    """Tarjan's algorithm with a stack of its own: programs are longer than Python's is deep."""
+
+    def __init__(self, edges: Edges) -> None:
+        self.index: dict[int, int] = {}
+        self.found: list[list[int]] = []
+        self._edges = edges
+        self._low: dict[int, int] = {}
+        self._members: list[int] = []
+        self._waiting: set[int] = set()
+        self._path: list[tuple[int, Iterator[int]]] = []
+
+    def run(self, start: int) -> None:
+        """Find the components from one node on."""
+        self._enter(start)
+        while self._path:
+            node, following = self._path[-1]
+            if not self._descend(node, following):
+                self._leave(node)
+
+    def _enter(self, node: int) -> None:
+        self.index[node] = self._low[node] = len(self.index)
+        self._members.append(node)
+        self._waiting.add(node)
+        self._path.append((node, iter(self._edges[node])))
+
+    def _descend(self, node: int, following: Iterator[int]) -> bool:
+        """Enter the next node that was not seen yet; whether there is one."""
+        for target in following:
+            if target not in self.index:
+                self._enter(target)
+                return True
+            if target in self._waiting:
+                self._low[node] = min(self._low[node], self.index[target])
+        return False
+
+    def _leave(self, node: int) -> None:
+        low = self._low[node]
+        self._path.pop()
+        if self._path:
+            caller = self._path[-1][0]
+            self._low[caller] = min(self._low[caller], low)
+        if low == self.index[node]:
+            self._close(node)
+
+    def _close(self, node: int) -> None:
+        """The members since `node` are a component."""
+        component: list[int] = []
+        while not component or component[-1] != node:
+            component.append(self._members.pop())
+            self._waiting.discard(component[-1])
+        self.found.append(component)

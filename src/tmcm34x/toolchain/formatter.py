@@ -13,7 +13,7 @@ from typing import Final
 
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.toolchain.expressions import Operand
-from tmcm34x.toolchain.mending.files import moved
+from tmcm34x.toolchain.mending.columns import moved
 from tmcm34x.toolchain.mending.text import changed
 from tmcm34x.toolchain.parser import Command, Constant, Data, Directive, Include, Line, parse_line
 from tmcm34x.toolchain.structure import local_labels
@@ -81,31 +81,31 @@ class _Formatter:
 
     def run(self) -> list[str]:
         codes = [self.code(index) for index in range(len(self.lines))]
-        low, high = _COMMENT_COLUMN
-        column = max(
-            (len(code) + 2 for code, line in zip(codes, self.lines, strict=True)
-             if code and line.comment is not None and len(code) + 2 <= high),
-            default=low,
-        )  # fmt: skip
-        column = max(column, low)
+        column = self.comment_column(codes)
         out: list[str] = []
         beside = False
         for code, line, text in zip(codes, self.lines, self.texts, strict=True):
-            comment = line.comment
+            comment = "" if line.comment is None else text[line.comment :].rstrip()
             if code is None:
                 out.append(text.rstrip())
-            elif comment is None:
-                out.append(code)
-            elif code:
-                out.append(f"{code}{' ' * max(2, column - len(code))}{text[comment:].rstrip()}")
+            elif code or not comment:
+                out.append(f"{code}{' ' * max(2, column - len(code))}{comment}" if comment else code)
             else:
                 # A comment that goes on below another one stays below it.
-                beside = beside and comment > self.mnemonic_column
-                indent = 0 if comment == 0 else column if beside else self.mnemonic_column
-                out.append(" " * indent + text[comment:].rstrip())
+                indent = line.comment or 0
+                beside = beside and indent > self.mnemonic_column
+                out.append(" " * (indent and (column if beside else self.mnemonic_column)) + comment)
                 continue
-            beside = bool(code) and comment is not None
+            beside = bool(code and comment)
         return out
+
+    def comment_column(self, codes: Sequence[str | None]) -> int:
+        """Where comments after commands begin."""
+        low, high = _COMMENT_COLUMN
+        commented = (
+            code for code, line in zip(codes, self.lines, strict=True) if code and line.comment is not None
+        )
+        return max([low, *(len(code) + 2 for code in commented if len(code) + 2 <= high)])
 
     def label_width(self) -> int:
         low, high = _MNEMONIC_COLUMN

@@ -75,28 +75,32 @@ def unpack_hex(text: str) -> tuple[Instruction, ...]:
 def _hex_records(text: str) -> Iterator[tuple[int, int, bytes]]:
     """Line number, address and bytes of each data record up to the end record."""
     for number, line in enumerate(text.splitlines(), 1):
-        if not line.strip():
-            continue
-        match = _HEX_LINE.match(line.strip())
-        if match is None:
-            raise ImageError(f"line {number}: not an Intel HEX record")
-        record = bytes.fromhex(match.group(1))
-        if sum(record) & 0xFF:
-            raise ImageError(
-                f"line {number}: checksum {record[-1]:#04x}, expected {-sum(record[:-1]) & 0xFF:#04x}"
-            )
-        length, address, kind, data = record[0], int.from_bytes(record[1:3], "big"), record[3], record[4:-1]
-        if length != len(data):
-            raise ImageError(f"line {number}: {len(data)} data bytes, {length} announced")
-        if kind == _END:
-            return
-        if kind in (_SEGMENT, _LINEAR) and any(data):
-            raise ImageError(f"line {number}: address above 64 KB")
-        if kind > _LINEAR_START:
-            raise ImageError(f"line {number}: record type {kind}")
-        if kind == _DATA:
-            yield number, address, data
+        if line.strip():
+            kind, address, data = _hex_record(number, line.strip())
+            if kind == _END:
+                return
+            if kind == _DATA:
+                yield number, address, data
     raise ImageError("truncated: there is no end record")
+
+
+def _hex_record(number: int, line: str) -> tuple[int, int, bytes]:
+    """Kind, address and bytes of a record; raises `ImageError` for one that is damaged or has no place here."""
+    match = _HEX_LINE.match(line)
+    if match is None:
+        raise ImageError(f"line {number}: not an Intel HEX record")
+    record = bytes.fromhex(match[1])
+    length, address, kind, data = record[0], int.from_bytes(record[1:3], "big"), record[3], record[4:-1]
+    if sum(record) & 0xFF:
+        expected = -sum(record[:-1]) & 0xFF
+        raise ImageError(f"line {number}: checksum {record[-1]:#04x}, expected {expected:#04x}")
+    if length != len(data):
+        raise ImageError(f"line {number}: {len(data)} data bytes, {length} announced")
+    if kind in (_SEGMENT, _LINEAR) and any(data):
+        raise ImageError(f"line {number}: address above 64 KB")
+    if kind > _LINEAR_START:
+        raise ImageError(f"line {number}: record type {kind}")
+    return kind, address, data
 
 
 def _hex_line(kind: int, address: int, data: bytes) -> str:

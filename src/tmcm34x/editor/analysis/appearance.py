@@ -77,48 +77,58 @@ def colours(program: Analysis, file: str, first_line: int = 0, last_line: int = 
 
 def _line_colours(program: Analysis, number: int, text: str, line: parser.Line) -> Iterator[Coloured]:
     statement = line.statement
+    included = isinstance(statement, parser.Include)
     if isinstance(statement, parser.Include):
         start = text.index("#")
         yield Coloured(number, start, len(text[start : statement.start].rstrip()), "macro", definition=False)
         yield Coloured(number, statement.start, statement.end - statement.start, "string", definition=False)
-    words = range(0)
-    head = -1
-    if isinstance(statement, parser.Command):
-        head = statement.start
-        row = BY_MNEMONIC.get(statement.mnemonic.upper())
-        first = statement.operands[0] if statement.operands else None
-        if row is not None and row.operands and row.operands[0].kind == "word" and first is not None:
-            words = range(first.start, first.end)
-    is_include = isinstance(statement, parser.Include)
-    is_data = isinstance(statement, parser.Data)
-    labels = {token.start for token in line.labels}
+    defined = _defined(line)
     for token in tokenize(text):
-        if token.kind == "comment":
-            type_: TokenType = "macro" if is_data else "comment"
-            yield Coloured(number, token.start, len(token.text), type_, definition=False)
-        elif is_include:
-            continue
-        elif token.kind == "number":
-            yield Coloured(number, token.start, len(token.text), "number", definition=False)
-        elif token.kind == "operator" and token.text not in ",:":
-            yield Coloured(number, token.start, len(token.text), "operator", definition=False)
-        elif token.kind == "name":
-            defines = token.start in labels or (
-                isinstance(statement, parser.Constant) and token.start == statement.name.start
-            )
-            type_ = _name_type(program, token, head, words)
-            yield Coloured(number, token.start, len(token.text), type_, definition=defines)
+        type_ = None if included and token.kind != "comment" else _type(program, statement, token)
+        if type_ is not None:
+            yield Coloured(number, token.start, len(token.text), type_, definition=token.start in defined)
 
 
-def _name_type(program: Analysis, token: Token, head: int, words: range) -> TokenType:
-    if token.start == head:
-        return "keyword"
-    if token.start in words:
-        return "enumMember"
+def _defined(line: parser.Line) -> set[int]:
+    """The columns of the names that a line defines."""
+    names = list(line.labels)
+    if isinstance(line.statement, parser.Constant):
+        names.append(line.statement.name)
+    return {name.start for name in names}
+
+
+def _type(program: Analysis, statement: parser.Statement | None, token: Token) -> TokenType | None:
+    match token.kind:
+        case "comment":
+            return "macro" if isinstance(statement, parser.Data) else "comment"
+        case "name":
+            return _name_type(program, statement, token)
+        case "number":
+            return "number"
+        case "operator" if token.text not in ",:":
+            return "operator"
+        case _:
+            return None
+
+
+def _name_type(program: Analysis, statement: parser.Statement | None, token: Token) -> TokenType:
+    if isinstance(statement, parser.Command):
+        if token.start == statement.start:
+            return "keyword"
+        if token.start in _word(statement):
+            return "enumMember"
     symbol = program.assembly.symbols.get(token.text.upper())
     if symbol is None and token.text.upper() in FUNCTIONS:
         return "method"
     return "function" if symbol is not None and symbol.kind == "label" else "variable"
+
+
+def _word(statement: parser.Command) -> range:
+    """The columns of the first operand where the command takes one of its words there."""
+    row = BY_MNEMONIC.get(statement.mnemonic.upper())
+    first = statement.operands[0] if statement.operands else None
+    takes = row is not None and row.operands and row.operands[0].kind == "word"
+    return range(first.start, first.end) if takes and first is not None else range(0)
 
 
 _REGION: Final = re.compile(r"\s*//\s*#?(end)?region\b")

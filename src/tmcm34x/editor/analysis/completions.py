@@ -48,6 +48,10 @@ class Signature(NamedTuple):
     active: int
 
 
+Where = Literal["head", "operand", "expression", "condition", "none"]
+"""What part of a line is being written."""
+
+
 class Cursor(NamedTuple):
     """Where in a line the cursor is.
 
@@ -57,7 +61,7 @@ class Cursor(NamedTuple):
     word: what is written of the word at the cursor, and `start` its column
     """
 
-    place: Literal["head", "operand", "expression", "condition", "none"]
+    place: Where
     row: Command | None
     operand: int
     before: tuple[str, ...]
@@ -161,27 +165,39 @@ def cursor_at(text: str, column: int) -> Cursor:
     line = parser.parse_line(_POINT.sub("_", before))
     word = WORD.search(before)
     assert word is not None
-    start, written = word.start(), word.group()
-    statement = line.statement
-    nothing = Cursor("none", None, 0, (), written, start)
-    if line.comment is not None or isinstance(statement, parser.Include | parser.Data):
+    nothing = Cursor("none", None, 0, (), word.group(), word.start())
+    if line.comment is not None:
         return nothing
-    if isinstance(statement, parser.Directive):
-        condition = statement.kind in _CONDITIONS and column >= statement.start
-        return Cursor("condition", None, 0, (), written, start) if condition else nothing
-    if isinstance(statement, parser.Constant):
-        return Cursor("expression", None, 0, (), written, start)
-    if isinstance(statement, parser.Command):
-        end = statement.start + len(statement.mnemonic)
-        row = BY_MNEMONIC.get(statement.mnemonic.upper())
-        if column > end:
-            parts = before[end:].split(",")
-            operands = tuple(part.strip() for part in parts[:-1])
-            return Cursor("operand" if row else "none", row, len(parts) - 1, operands, written, start)
-        return Cursor("head", None, 0, (), written, start)
-    rest = before.strip(BLANKS)
-    at_head = not rest or rest[-1] == ":" or rest[0] == "#"
-    return Cursor("head", None, 0, (), written, start) if at_head else nothing
+    if isinstance(line.statement, parser.Command):
+        return _in_command(line.statement, before, nothing)
+    return nothing._replace(place=_place(line.statement, before))
+
+
+def _place(statement: parser.Statement | None, before: str) -> Where:
+    """What is being written on a line without a command."""
+    match statement:
+        case parser.Directive():
+            condition = statement.kind in _CONDITIONS and len(before) >= statement.start
+            return "condition" if condition else "none"
+        case parser.Constant():
+            return "expression"
+        case parser.Include() | parser.Data():
+            return "none"
+        case _:
+            rest = before.strip(BLANKS)
+            return "head" if not rest or rest[-1] == ":" or rest[0] == "#" else "none"
+
+
+def _in_command(statement: parser.Command, before: str, cursor: Cursor) -> Cursor:
+    end = statement.start + len(statement.mnemonic)
+    if len(before) <= end:
+        return cursor._replace(place="head")
+    row = BY_MNEMONIC.get(statement.mnemonic.upper())
+    parts = before[end:].split(",")
+    operands = tuple(part.strip() for part in parts[:-1])
+    return cursor._replace(
+        place="operand" if row else "none", row=row, operand=len(parts) - 1, before=operands
+    )
 
 
 def command_completions() -> list[Completion]:

@@ -52,23 +52,26 @@ def _explanations(program: Analysis, place: Place) -> Iterator[str]:
 
 def _hover_texts(program: Analysis, file: str, line: int, token: Token, parsed: parser.Line) -> Iterator[str]:
     statement = parsed.statement
-    if (
-        parsed.comment is not None
-        and token.start >= parsed.comment
-        and not isinstance(statement, parser.Data)
-    ):
-        return
+    in_comment = parsed.comment is not None and token.start >= parsed.comment
     if isinstance(statement, parser.Include):
         included = program.assembly.includes.get((file, line + 1))
-        if included is not None:
+        if included is not None and not in_comment:
             yield f"includes `{included}`"
+    elif in_comment and not isinstance(statement, parser.Data):
         return
-    if isinstance(statement, parser.Command) and token.start == statement.start:
+    elif isinstance(statement, parser.Command) and token.start == statement.start:
         yield command_text(statement.mnemonic)
         entry = program.codes.get((file, line))
         if entry is not None and entry[1].instruction is not None:
             yield _address_text(entry[0], entry[1].instruction)
-        return
+    else:
+        yield from _name_texts(program, file, line, token, statement)
+
+
+def _name_texts(
+    program: Analysis, file: str, line: int, token: Token, statement: parser.Statement | None
+) -> Iterator[str]:
+    """About a name or number: the symbol that it is, the operand that it is part of, the function that it calls."""
     symbol = program.symbol_at(Place(file, line, token.start))
     if symbol is not None:
         yield symbol_text(symbol[0])
@@ -78,8 +81,13 @@ def _hover_texts(program: Analysis, file: str, line: int, token: Token, parsed: 
         if index is not None:
             yield from _operand_texts(program, entry, index, token)
             return
+    if symbol is None:
+        yield from _function_texts(token)
+
+
+def _function_texts(token: Token) -> Iterator[str]:
     function = FUNCTIONS.get(token.text.upper())
-    if symbol is None and function is not None:
+    if function is not None:
         yield f"**{token.text.upper()}(x)**: {function.meaning}"
 
 
@@ -87,8 +95,7 @@ def _operand_texts(program: Analysis, entry: tuple[int, Code], index: int, token
     address, code = entry
     row, instruction = code.row, code.instruction
     assert row is not None
-    if token.text.upper() in FUNCTIONS and token.kind == "name":
-        yield f"**{token.text.upper()}(x)**: {FUNCTIONS[token.text.upper()].meaning}"
+    yield from _function_texts(token)
     if index >= len(row.operands):
         yield "surplus number: goes to a field that the command does not use"
         return
