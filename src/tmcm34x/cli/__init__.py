@@ -160,8 +160,8 @@ def run(arguments: list[str]) -> int:
 
 
 def _flush() -> None:
-    """What cannot be written is to be found out here, not by Python at exit."""
-    if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
+    """What cannot be written is to be found out here, not by Python at exit; the language server has closed it."""
+    if sys.stdout is not None and not sys.stdout.closed:  # pyright: ignore[reportUnnecessaryComparison]
         sys.stdout.flush()
 
 
