@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from playwright.sync_api import Locator, Page, expect
@@ -127,3 +127,39 @@ def rename(page: Page, name: str) -> None:
     page.get_by_role("treeitem", name=name).click(button="right")
     # By key: the pointer stays over the files, away from what hovering would show in the editor.
     page.get_by_role("menuitem", name="Rename", exact=True).press("Enter")
+
+
+def screens(page: Page) -> Iterator[str]:
+    """Show one screen after the other, on a page of any size; says which."""
+    yield "first"
+    for panel in ("Right panel", "Second right panel", "Lower panel"):
+        for name in page.get_by_role("tablist", name=panel, exact=True).get_by_role("tab").all_inner_texts():
+            page.get_by_role("tablist", name=panel, exact=True).get_by_role("tab", name=name).click()
+            yield name
+    page.keyboard.press("Control+Alt+4")
+    page.keyboard.press("Control+Alt+8")
+    for choice in page.locator(".parameters-page .bar [role=radio]").all():
+        choice.click()
+        yield choice.inner_text()
+    page.keyboard.press("Control+Alt+0")
+    page.locator(".listing").wait_for()
+    yield "Listing"
+    page.keyboard.press("Alt+m")
+    page.locator(".compare").wait_for()
+    yield "Compare"
+    page.keyboard.press("Control+Alt+9")
+    for tool in page.get_by_role("navigation", name="Tools").get_by_role("button").all():
+        tool.click()
+        yield tool.inner_text()
+    page.keyboard.press("Control+Alt+s")
+    yield "Save as"
+    page.keyboard.press("Escape")
+    page.keyboard.press("F10")
+    page.get_by_role("button", name="Release").wait_for()
+    yield "STOP ALL"
+    page.keyboard.press("Control+p")
+    yield "palette"
+    page.keyboard.press("Escape")
+    page.keyboard.press("F1")
+    yield "keys"
+    page.keyboard.press("Escape")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser
 
 from ide.front_end import WEB
-from ide.page.driver import Ide
+from ide.page.driver import Ide, screens
 
 AXE = WEB / "node_modules" / "axe-core" / "axe.min.js"
 RUN = """async () => {
@@ -18,41 +17,6 @@ RUN = """async () => {
     const told = (id) => ({ target, any }) => `${id} ${target}: ${any[0]?.message ?? ""}`;
     return grave.flatMap(({ id, nodes }) => nodes.map(told(id)));
 }"""
-
-
-def screens(page: Page) -> Iterator[str]:
-    """Shows one screen after the other; says which."""
-    yield "first"
-    for name in ("Machine", "Bench", "Program"):
-        page.get_by_role("tab", name=name, exact=True).click()
-        yield name
-    for name in ("Direct mode", "Telegrams", "Problems"):
-        page.get_by_role("tab", name=name, exact=True).click()
-        yield name
-    page.get_by_role("button", name="Parameters", exact=True).click()
-    for name in ("Axis", "Global", "User variables", "Coordinates", "EEPROM"):
-        page.get_by_role("radio", name=name, exact=True).click()
-        yield name
-    page.get_by_role("button", name="Listing", exact=True).click()
-    yield "Listing"
-    page.keyboard.press("Alt+m")
-    page.locator(".compare").wait_for()
-    yield "Compare"
-    page.get_by_role("button", name="Tools", exact=True).click()
-    tools = page.get_by_role("navigation", name="Tools").get_by_role("button")
-    for tool in tools.all():
-        tool.click()
-        yield tool.inner_text()
-    page.keyboard.press("Control+Alt+s")
-    yield "Save as"
-    page.keyboard.press("Escape")
-    page.keyboard.press("F10")
-    yield "STOP ALL"
-    page.keyboard.press("Control+p")
-    yield "palette"
-    page.keyboard.press("Escape")
-    page.keyboard.press("F1")
-    yield "keys"
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])

@@ -128,7 +128,10 @@ export function searchPanel(view: EditorView): Panel {
     return {
         dom,
         top: true,
-        mount: () => search.select(),
+        mount: () => {
+            search.focus();
+            search.select();
+        },
         update: (update: ViewUpdate) => {
             for (const transaction of update.transactions)
                 for (const effect of transaction.effects) if (effect.is(setSearchQuery)) take(effect.value);

@@ -159,7 +159,11 @@ export function SelectField(props: {
                 aria-label={props.label}
                 value={String(shown)}
                 disabled={props.disabled}
-                title={draft.value === null ? undefined : "Not sent yet: Enter sends, Esc drops"}
+                title={
+                    draft.value === null
+                        ? props.choices.find(choice => choice.value === shown)?.text
+                        : "Not sent yet: Enter sends, Esc drops"
+                }
                 onChange={event => {
                     const next = Number(event.currentTarget.value);
                     draft.value = next === props.value ? null : next;
