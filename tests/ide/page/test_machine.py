@@ -102,3 +102,17 @@ def test_a_real_module_has_no_drawing(serve: Any, open_ide: OpenIde):
     page, _ = open_ide("--port", f"tcp://{serve('--tcp', '127.0.0.1:0').tcp}")
     expect(page.get_by_role("tab", name="Axes", exact=True)).to_be_visible()
     expect(page.get_by_role("tab", name="Machine", exact=True)).to_have_count(0)
+
+
+def test_a_closed_switch_holds_the_program_where_the_box_is_checked(tmp_path: Path, open_ide: OpenIde):
+    (tmp_path / "program.tmc").write_text("Loop: WAIT TICKS, 0, 1\n JA Loop\n")
+    page, _ = open_ide("--bench", str(BENCHES / "belt-stage.toml"))
+    tab(page, "Program")
+    expect(page.locator(".breaks input")).to_have_count(6)
+    page.get_by_role("checkbox", name="Closed switch").check()
+    page.keyboard.press("F9")
+    expect(page.locator(".status-bar .pill").first).to_have_text("running")
+    tab(page, "Machine")
+    page.get_by_role("button", name="right switch of motor 0").click()
+    expect(page.locator(".status-bar .pill").first).to_have_text("held")
+    expect(page.locator(".notice")).to_contain_text("the right switch of motor 0 closed")

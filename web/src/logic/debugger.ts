@@ -25,8 +25,9 @@ export interface Frame {
 }
 
 export const breakpoints = signal<Breakpoint[]>([]);
-/** The program is held where the module refuses a command. */
-export const holdOnErrors = signal(false);
+/** What the debugger can hold at besides breakpoints, and which of it is chosen. */
+export const breaks = signal<Dap.ExceptionBreakpointsFilter[]>([]);
+export const chosenBreaks = signal<readonly string[]>([]);
 export const stopReason = signal("");
 /** What became of breakpoints, by `place`. */
 const placed = signal<ReadonlyMap<string, Dap.Breakpoint>>(new Map());
@@ -78,7 +79,7 @@ function take(message: Dap.ProtocolMessage): void {
 const takers: Record<string, (body: never) => void> = {
     stopped: (body: Dap.StoppedEvent["body"]) => {
         stopReason.value = body.reason;
-        if (body.reason === "exception") notify("warning", `Held, refused by the module: ${body.text ?? ""}`);
+        if (body.reason === "exception") notify("warning", `Held: ${body.text ?? ""}`);
     },
     // Log points may be passed often: they have one notice, and their lines are in the list of messages.
     output: ({ category, output, line }: Dap.OutputEvent["body"]) =>
@@ -108,11 +109,10 @@ const takers: Record<string, (body: never) => void> = {
     },
     tmcl_hits: (body: { hits: Record<string, number> }) =>
         (hits.value = new Map(Object.entries(body.hits).map(([id, count]) => [Number(id), count]))),
-    tmcl_filters: (body: { filters: string[] }) => (holdOnErrors.value = body.filters.includes(REFUSED)),
+    tmcl_filters: (body: { filters: string[] }) => (chosenBreaks.value = body.filters),
 };
 
 // ------------------------------------------------------------------ breakpoints
-const REFUSED = "refused";
 
 function keep(path: string, points: Breakpoint[], answers: Dap.Breakpoint[]): void {
     const others = [...placed.value].filter(([key]) => !key.startsWith(`${path}:`));
@@ -157,9 +157,10 @@ async function sendBreakpoints(path: string): Promise<void> {
         notify(can.value.debug ? "warning" : "information", `${sentence(noted.message!)}.`, undefined, "breakpoint");
 }
 
-export async function setHoldOnErrors(on: boolean): Promise<void> {
-    holdOnErrors.value = on;
-    await attempt("setExceptionBreakpoints", { filters: on ? [REFUSED] : [] });
+export async function chooseBreak(key: string, on: boolean): Promise<void> {
+    const others = chosenBreaks.value.filter(other => other !== key);
+    chosenBreaks.value = on ? [...others, key] : others;
+    await attempt("setExceptionBreakpoints", { filters: chosenBreaks.value });
 }
 
 // ------------------------------------------------------------------ going on, looking, changing
@@ -209,7 +210,9 @@ const relative = (path = ""): string => {
 // ------------------------------------------------------------------ connection
 async function greet(): Promise<void> {
     const kept = breakpoints.value;
-    await request("initialize", { adapterID: "tmcl", clientID: "tmcm34x", pathFormat: "path" });
+    const client = { adapterID: "tmcl", clientID: "tmcm34x", pathFormat: "path" };
+    const able = await request<Dap.InitializeResponse>("initialize", client);
+    breaks.value = able?.exceptionBreakpointFilters ?? [];
     await request("attach");
     breakpoints.value = [];
     await request("configurationDone");

@@ -18,13 +18,14 @@ import {
 import {
     assign,
     breakpoints,
+    breaks,
+    chooseBreak,
+    chosenBreaks,
     evaluate,
     hitsOf,
-    holdOnErrors,
     placeOf,
     readStack,
     setBreakpoints,
-    setHoldOnErrors,
     stopReason,
     type Breakpoint,
     type Frame,
@@ -180,22 +181,30 @@ export function Program() {
     );
 }
 
+/** What the debugger can hold at besides breakpoints. */
+function Breaks() {
+    return (
+        <fieldset class="breaks">
+            <legend class="muted">Hold at</legend>
+            {breaks.value.map(({ filter, label, description }) => (
+                <label key={filter} class="check" title={description}>
+                    <input
+                        type="checkbox"
+                        checked={chosenBreaks.value.includes(filter)}
+                        onChange={event => void chooseBreak(filter, event.currentTarget.checked)}
+                    />{" "}
+                    {label}
+                </label>
+            ))}
+        </fieldset>
+    );
+}
+
 function Breakpoints() {
     return (
         <>
-            <h4>
-                Breakpoints{" "}
-                {can.value.debug && (
-                    <label class="check">
-                        <input
-                            type="checkbox"
-                            checked={holdOnErrors.value}
-                            onChange={event => void setHoldOnErrors(event.currentTarget.checked)}
-                        />{" "}
-                        hold at refused commands
-                    </label>
-                )}
-            </h4>
+            <h4>Breakpoints</h4>
+            {can.value.debug && <Breaks />}
             {breakpoints.value.length ? (
                 <ul class="breakpoint-list">
                     {breakpoints.value.map(point => (
