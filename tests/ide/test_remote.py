@@ -191,6 +191,25 @@ def test_the_debugger_finds_the_module_again_on_a_new_line(tmp_path):
     _go(tmp_path, scenario)
 
 
+def test_after_the_line_was_lost_the_program_is_looked_at_again(tmp_path):
+    (tmp_path / "a.tmc").write_text(STEPS)
+
+    async def scenario(bench, ide, page):
+        await page.call(wire.Download("a.tmc"))
+        assert (await page.event(wire.Loaded)).listing.path == "a.tmc"
+        port = int(bench.address.rpartition(":")[2])
+        await asyncio.to_thread(bench.stop)
+        await page.event(wire.Link, lambda event: not event.up)
+        another = await asyncio.to_thread(Bench, 343, port)
+        try:
+            loaded = await page.event(wire.Loaded)
+            assert (loaded.foreign, loaded.listing) == (True, None)
+        finally:
+            await asyncio.to_thread(another.stop)
+
+    _go(tmp_path, scenario)
+
+
 def test_a_download_has_the_line_to_itself(tmp_path):
     (tmp_path / "a.tmc").write_text("WAIT TICKS, 0, 1\n" * 1500 + "STOP\n")
 

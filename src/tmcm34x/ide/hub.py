@@ -174,6 +174,8 @@ class Hub:
         """Send an event of the target's; a module that turns out to be of another model makes pages begin anew."""
         if isinstance(event, wire.Link):
             self.debugger.rest(event.ascii or self.loading.busy)
+            if event.up and self.loading.listing is not None:
+                self._spawn(study.look_again(self, self.loading))
         if self._kind != self._told:
             self._told = self._kind
             for page in self.pages:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from difflib import SequenceMatcher
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Final, Literal
@@ -22,6 +23,7 @@ from tmcm34x.tmcl.mnemonic import format_instruction
 if TYPE_CHECKING:
     from tmcm34x.firmware.program import Program
     from tmcm34x.ide.hub import Hub
+    from tmcm34x.ide.loading import Loading
     from tmcm34x.ide.page import Page
     from tmcm34x.ide.target import Target
     from tmcm34x.toolchain.assembler import Assembly
@@ -52,6 +54,14 @@ async def _adopt(hub: Hub, page: Page, call: wire.Adopt) -> bool:
         return False
     await hub.adopt(answer.listing, assembly)
     return True
+
+
+async def look_again(hub: Hub, loading: Loading) -> None:
+    """A real module is there again: it may hold another program meanwhile, or be another module."""
+    program = () if hub.assembly is None else hub.assembly.program
+    with suppress(wire.RefusalError):
+        if not loading.busy and not await loading.holds(program) and loading is hub.loading:
+            await hub.adopt(None, None, foreign=True)
 
 
 # Motion

@@ -121,15 +121,15 @@ async function adopt(path: string): Promise<void> {
         );
 }
 
-// Another host has stored a program: its text is in the folder, or can be made of the memory.
+// Another host has changed the program: its text is in the folder, or can be made of the memory.
 onServerEvent(event => {
-    if (event.event !== "loaded" || !event.foreign || !event.listing) return;
-    const { path } = event.listing;
+    if (event.event !== "loaded" || !event.foreign) return;
+    const path = event.listing?.path;
     const action = path
         ? { title: "Open it", run: () => void openFile(path) }
         : { title: "Upload it", run: () => void upload() };
-    const text = path ? `It is that of ${path}.` : "No file here makes it.";
-    notify("information", `Another host has stored another program in the module. ${text}`, action, "foreign");
+    const text = path ? `It is that of ${path}.` : event.listing ? "No file here makes it." : "The former one is gone.";
+    notify("information", `Another host has changed the program in the module. ${text}`, action, "foreign");
 });
 
 /** The source differs from what the module holds. */
