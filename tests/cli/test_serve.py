@@ -375,6 +375,32 @@ def test_the_modules_of_a_bench_have_memories_of_their_own(serve, tmp_path):
     assert [memory.global_values[68] for memory in memories] == [0, 2222]
 
 
+def test_each_module_of_a_bench_has_a_line_of_its_own(serve, tmp_path):
+    bench = tmp_path / "bench.toml"
+    bench.write_text("[[module]]\nmodel = 341\n[[module]]\nmodel = 342\n[[module]]\nmodel = 343\n")
+    served = serve("--bench", bench, "--each", "--pty", tmp_path / "line", "--tcp", 0)
+    others = [served.process.stdout.readline().split()[1:] for _ in range(4)]
+    kinds, addresses = zip(*served.links, *others, strict=True)
+    assert kinds == ("pty", "tcp") * 3
+    assert addresses[0::2] == tuple(str(tmp_path / f"line-{n}") for n in range(3))
+    for address, model in zip(addresses[1::2], (341, 342, 343), strict=True):
+        with Socket(address) as client:
+            assert client.ask(136, 1, 0, 0).value >> 16 == model
+
+
+@pytest.mark.parametrize(
+    "options", [("--each",), ("--each", "--slcan"), ("--each", "--serial", "/dev/ttyS9", "--pty")]
+)
+def test_lines_of_single_modules_are_terminals_or_sockets(options):
+    assert refused(*options) == "--each is for --pty and --tcp"
+
+
+def test_there_are_not_more_ports_than_there_are(tmp_path):
+    bench = tmp_path / "bench.toml"
+    bench.write_text("[[module]]\n" * 3)
+    assert refused("--bench", bench, "--each", "--tcp", 65534).startswith("there are no ports above 65535")
+
+
 def test_what_a_bench_file_says_cannot_be_said_again(tmp_path):
     bench = tmp_path / "bench.toml"
     bench.write_text("[[module]]\nmodel = 341\n")

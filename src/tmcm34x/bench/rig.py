@@ -70,20 +70,20 @@ class Rig:
         self._happenings = tuple(sorted(happenings))
         self._happened = 0
         """How many of them are over."""
-        self._settle()
+        self.settle()
 
     def next_event(self) -> int:
         """The next clock at which something could be noticed."""
-        self._settle()
-        due = self._next_happening
+        self.settle()
+        due = self.next_happening
         for world in self.worlds:
             due = min(due, world.due, world.module.next_event())
         return due
 
     def next_disturbance(self) -> int:
         """The next clock at which something besides the stand-alone programs has an event."""
-        self._settle()
-        due = self._next_happening
+        self.settle()
+        due = self.next_happening
         for world in self.worlds:
             due = min(due, world.due, world.module.next_disturbance())
         return due
@@ -93,20 +93,24 @@ class Rig:
         for module in self.modules:
             module.advance(now)
         self.now = now
-        while self._next_happening <= now:
-            self._happened += 1
-            perform(self, self._happenings[self._happened - 1].action)
-        self._settle()
+        self.happen()
+        self.settle()
 
     @property
-    def _next_happening(self) -> int:
-        """The clock of the next of them, or `NEVER`."""
+    def next_happening(self) -> int:
+        """The clock at which the bench next does something by itself, or `NEVER`."""
         return self._happenings[self._happened].when if self._happened < len(self._happenings) else NEVER
+
+    def happen(self) -> None:
+        """What the bench does by itself up to now."""
+        while self.next_happening <= self.now:
+            self._happened += 1
+            perform(self, self._happenings[self._happened - 1].action)
 
     def act(self, action: Action) -> None:
         """Do something to the bench from outside, at the present clock; raises `ActionError`."""
         perform(self, action)
-        self._settle()
+        self.settle()
         for listener in self.on_action:
             listener(action, self.now)
 
@@ -163,7 +167,7 @@ class Rig:
             return super().__reduce_ex__(protocol)
         return _rebuilt, (self._recipe, self._profiles, self.save())
 
-    def _settle(self) -> None:
+    def settle(self) -> None:
         """Bring the worlds to the modules' clock; what one does may concern another."""
         now = self.now
         waiting = True

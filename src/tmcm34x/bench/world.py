@@ -50,6 +50,8 @@ class World:
         """Whether something happened that must be looked at before time goes on."""
         self.due = NEVER
         """The clock at which `settle` must be called whatever the module does."""
+        self.on_wire: list[Callable[[], None]] = []
+        """Called when an output that is wired to an input here has changed."""
         self.encoder_chip: Tmc423 | None = None
         self.plane: tuple[int, int] | None = None
         """Motors of two carriages that move one tool, X first."""
@@ -126,6 +128,8 @@ class World:
         """An output that is wired to an input here has changed."""
         del outputs
         self.dirty = True
+        for listener in self.on_wire:
+            listener()
 
     # Time
 
@@ -235,7 +239,7 @@ class World:
 
     def push(self, motor: int, torque_nm: float) -> None:
         """Put a torque on the shaft; a positive one pushes toward lower positions."""
-        self.mounts[motor].axis.push_nm = torque_nm
+        self.mounts[motor].axis.push_nm = float(torque_nm)
         self._touch(motor)
 
     def move(self, motor: int, position: float) -> None:

@@ -177,7 +177,7 @@ def _modules(options: dict[str, Any], telegrams: Telegrams, local: bool) -> Modu
         try:
             links = link_options.make_links(options)
             can_links = link_options.make_can_links(options, virtual.rig)
-            return await link_options.open_links(virtual.server, links, can_links)
+            return await link_options.open_links(virtual.server, [(link, None) for link in links], can_links)
         except CliError as error:
             raise RefusalError("links", f"{error}.") from error
 

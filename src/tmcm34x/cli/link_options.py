@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from tmcm34x.server import Server
 
 LOOPBACK: Final = "127.0.0.1"
+LARGEST_PORT: Final = 65535
+"""Of TCP."""
 LOOPBACK_HOSTS: Final = frozenset({LOOPBACK, "localhost", "::1"})
 """Hosts that are reachable from this machine only."""
 
@@ -33,8 +35,8 @@ class TcpAddress(click.ParamType[tuple[str, int]]):
     ) -> tuple[str, int]:
         """Take it apart."""
         host, _, port = value.rpartition(":")
-        if not port.isdecimal() or int(port) > 65535:
-            self.fail(f"{value!r} is not [HOST:]PORT with a port of 0 to 65535", param, ctx)
+        if not port.isdecimal() or int(port) > LARGEST_PORT:
+            self.fail(f"{value!r} is not [HOST:]PORT with a port of 0 to {LARGEST_PORT}", param, ctx)
         return host.strip("[]") or LOOPBACK, int(port)
 
 
@@ -141,6 +143,32 @@ def _have_terminals() -> bool:
     return importlib.util.find_spec("termios") is not None
 
 
+def make_lines(options: dict[str, Any], modules: int) -> list[tuple[Link, int | None]]:
+    """The serial lines that were asked for, each with the number of the one module on it, or None for all."""
+    if options["each"]:
+        return [(link, n) for n in range(modules) for link in make_links(_of_module(options, n))]
+    links = make_links(options)
+    if options["serials"]:
+        from tmcm34x.links.serial import SerialLink
+
+        links += [SerialLink(device, options["baud"]) for device in options["serials"]]
+    if not (links or options["slcans"] or options["buses"]):
+        links = make_ptys([""])
+    return [(link, None) for link in links]
+
+
+def _of_module(options: dict[str, Any], number: int) -> dict[str, Any]:
+    """The options `--pty` and `--tcp` for one module of many."""
+    if options["serials"] or not (options["ptys"] or options["tcps"]):
+        raise click.UsageError("--each is for --pty and --tcp")
+    if any(port + number > LARGEST_PORT for _, port in options["tcps"]):
+        raise CliError(f"there are no ports above {LARGEST_PORT} for all modules: use a lower --tcp, or 0")
+    return {
+        "ptys": [path and f"{path}-{number}" for path in options["ptys"]],
+        "tcps": [(host, port and port + number) for host, port in options["tcps"]],
+    }
+
+
 def make_can_links(options: dict[str, Any], rig: Rig) -> list[CanLink]:
     """The CAN buses that were asked for, at the bit rate of the first module."""
     if not options["slcans"] and not options["buses"]:
@@ -166,14 +194,16 @@ def _make_slcans(paths: Sequence[str], milliseconds: Callable[[], int]) -> list[
     return [SlcanLink(path or None, milliseconds) for path in paths]
 
 
-async def open_links(server: Server, links: Sequence[Link], can_links: Sequence[CanLink]) -> list[str]:
-    """Open them, print where each is, and give that back."""
+async def open_links(
+    server: Server, links: Sequence[tuple[Link, int | None]], can_links: Sequence[CanLink]
+) -> list[str]:
+    """Open them, serial ones each with the number of the one module on it or None; print and return where each is."""
     from tmcm34x.links import LinkError
 
     ready: list[str] = []
     try:
-        for link in links:
-            ready.append(f"{link.kind} {await server.open(link)}")
+        for link, only in links:
+            ready.append(f"{link.kind} {await server.open(link, only)}")
             click.echo(f"ready {ready[-1]}")
         for can_link in can_links:
             ready.append(f"{can_link.kind} {await server.open_can(can_link)}")

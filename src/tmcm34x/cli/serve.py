@@ -60,6 +60,12 @@ Examples:
 @click.option(
     "--baud", type=click.IntRange(1), default=BAUD_RATES[0], show_default=True, help="Its bits per second."
 )
+@click.option(
+    "--each",
+    is_flag=True,
+    help="A pseudo terminal or socket of its own for each module of the bench, in their order: --tcp PORT is that of "
+    "the first, the others follow; --pty LINK makes LINK-0, LINK-1 and so on.",
+)
 @click.option("--any-address", is_flag=True, help="Take telegrams for any address, as a module on USB does.")
 @click.option(
     "--strict-baud",
@@ -170,11 +176,15 @@ def command(context: click.Context, **options: Any) -> int:
             strict_baud=options["strict_baud"],
             paced=options["pace"],
             faults=_arm(options),
+            lazy=len(rig.modules) > 1,
         )
         counters = Counters(rig) if options["control"] or options["counters"] else None
         if options["control"]:
             server.control = Control(server, options["control"], counters or Counters(rig))
-        links, can_links = _make_links(options), link_options.make_can_links(options, rig)
+        links, can_links = (
+            link_options.make_lines(options, len(rig.modules)),
+            link_options.make_can_links(options, rig),
+        )
         status = asyncio.run(_serve(server, links, can_links, options))
         if counters is not None and options["counters"]:
             for line in counters.lines():
@@ -194,15 +204,6 @@ def _arm(options: dict[str, Any]) -> Faults | None:
     for fault in options["faults"]:
         faults.add(fault)
     return faults
-
-
-def _make_links(options: dict[str, Any]) -> list[Link]:
-    links = link_options.make_links(options)
-    if options["serials"]:
-        from tmcm34x.links.serial import SerialLink
-
-        links += [SerialLink(device, options["baud"]) for device in options["serials"]]
-    return links if links or options["slcans"] or options["buses"] else link_options.make_ptys([""])
 
 
 def _build(
@@ -325,7 +326,9 @@ def _watch(log: object, loop: asyncio.AbstractEventLoop, stop: Callable[[Excepti
             log.stream.lost = partial(loop.call_soon_threadsafe, stop)
 
 
-async def _serve(server: Server, links: list[Link], can_links: list[CanLink], options: dict[str, Any]) -> int:
+async def _serve(
+    server: Server, links: list[tuple[Link, int | None]], can_links: list[CanLink], options: dict[str, Any]
+) -> int:
     loop = asyncio.get_running_loop()
     stopped: asyncio.Future[None] = loop.create_future()
 
@@ -348,7 +351,7 @@ async def _serve(server: Server, links: list[Link], can_links: list[CanLink], op
 
     loop.set_exception_handler(judge)
     _watch(getattr(server.log, "also", server.log), loop, stop)
-    for link in (*links, *can_links):
+    for link in (*[link for link, _ in links], *can_links):
         if isinstance(link, Reporting):
             link.report = _report
         if isinstance(link, Moving):

@@ -16,11 +16,11 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from tmcm34x import clock
-from tmcm34x.bench.lines import CanEnd, SerialEnd
-from tmcm34x.links import BusPeer, CanLink, Connect, Link, Peer, Plug, Send, SendFrame, pacing
+from tmcm34x.bench.crowd import Crowd
+from tmcm34x.links import CanLink, Connect, Link, Peer, Plug, Send, pacing
 from tmcm34x.links.timing import LoopTiming
+from tmcm34x.server.lines import Bus, Line
 from tmcm34x.server.pace import Pace
-from tmcm34x.server.telegram_log import LineLog, Sink
 from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
 if TYPE_CHECKING:
@@ -29,14 +29,13 @@ if TYPE_CHECKING:
     from tmcm34x.links.faulty import Faults
     from tmcm34x.server.control import Control
     from tmcm34x.server.store import Store
+    from tmcm34x.server.telegram_log import Sink
 
 SLICE_S: Final = 0.0002
 """Longest work on virtual time between two looks at the links."""
 MAX_LAG_S: Final = 1.0
 """A bench that lags more than this behind the wall clock gives up catching up: the time is lost."""
 
-TIME_OUT_S: Final = 0.005
-"""A partial telegram is dropped when the next bytes come later than this after the last ones (fidelity WIRE-3)."""
 _UNKNOWN: Final = -1
 """The next event, when the bench may have been changed since it was asked for."""
 _FAR_S: Final = 1e6
@@ -82,6 +81,7 @@ class Server:
     strict_baud: bytes of a client count only at the bit rate of the module's global parameter 65, if its link has one
     paced: bytes of serial lines take their time at that bit rate
     faults: what goes wrong on the lines
+    lazy: modules that have nothing to do are left alone, for benches of many: see `bench.crowd`
 
     `open` and `close` belong to a running event loop; `catch_up` needs none.
     """
@@ -98,8 +98,11 @@ class Server:
         strict_baud: bool = False,
         paced: bool = False,
         faults: Faults | None = None,
+        lazy: bool = False,
     ) -> None:
         self.rig = rig
+        self.crowd = Crowd(rig) if lazy else None
+        """The modules one by one, for lines; only while `part` is the bench itself."""
         self.part: Advancing = rig
         """What is advanced: the bench itself, or the bench with what takes samples or keeps a history of it."""
         self.recorder: Recorder | None = None
@@ -116,7 +119,7 @@ class Server:
         self.control: Control | None = None
         """The socket through which the bench is controlled; closed with the links."""
         self._links: list[Link | CanLink] = []
-        self._bus: _Bus | None = None
+        self._bus: Bus | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._timer_s = 0.0
@@ -130,14 +133,17 @@ class Server:
                 store.start()
         self.settle()
 
-    async def open(self, link: Link) -> str:
-        """Serve clients of `link`; returns the address that they use.  Raises `LinkError`."""
+    async def open(self, link: Link, only: int | None = None) -> str:
+        """Serve clients of `link`; returns the address that they use.  Raises `LinkError`.
+
+        only: the one module that is on the line; None: all
+        """
         self.start()
         baud_rate = link.baud_rate if self._strict_baud else None
         latency_ms = link.latency_ms + self._latency_ms
 
         def connect(name: str, send: Send) -> Peer:
-            return _Line(self, name, send, latency_ms, baud_rate)
+            return Line(self, name, send, latency_ms=latency_ms, baud_rate=baud_rate, only=only)
 
         address = await link.open(self._disturbed(connect, link))
         self._links.append(link)
@@ -161,7 +167,7 @@ class Server:
         """Serve clients of `link` on the modules' CAN bus; returns the address that they use.  Raises `LinkError`."""
         self.start()
         if self._bus is None:
-            self._bus = _Bus(self)
+            self._bus = Bus(self)
         connect = self._bus.connect
         if self.faults is not None:
             self.faults.timing = LoopTiming(asyncio.get_running_loop())
@@ -189,20 +195,32 @@ class Server:
 
     def connect(self, name: str, send: Send) -> Peer:
         """The modules' end of a new line of a client in this process: a `Connect`, without pace and faults."""
-        return _Line(self, name, send, self._latency_ms)
+        return Line(self, name, send, latency_ms=self._latency_ms)
 
     def catch_up(self) -> bool:
         """Bring virtual time to now, or as near as one slice of work allows; says whether it got there.
 
         Call it before anything that looks at the bench or touches it from outside, and `settle` afterwards.
         """
+        done = self.arrive()
+        if self.crowd is not None:
+            self.crowd.gather()
+        return done
+
+    def arrive(self) -> bool:
+        """The same for a line, which brings the modules that it needs there by itself; `look_ahead` afterwards."""
         target = self._target()
         when, self._next = self._next, _UNKNOWN
         if when <= target and not self._work(target):
             return False
         if target < clock.NEVER:
-            self.part.advance(target)
+            self._time.advance(target)
         return True
+
+    @property
+    def _time(self) -> Advancing:
+        """What time is brought on with."""
+        return self.part if self.crowd is None else self.crowd
 
     def _target(self) -> int:
         """The clock to bring the bench to; a wall clock that has gone back begins a new line there."""
@@ -213,8 +231,14 @@ class Server:
         return target
 
     def settle(self) -> None:
-        """Look ahead: set the timer for the next event."""
-        self._next = when = self.rig.next_event()
+        """Something may have been done on the bench: look ahead."""
+        if self.crowd is not None:
+            self.crowd.forget()
+        self.look_ahead()
+
+    def look_ahead(self) -> None:
+        """Set the timer for the next event."""
+        self._next = when = self.rig.next_event() if self.crowd is None else self.crowd.next_event()
         if when < clock.NEVER and self._loop is not None:
             self._set_timer(self._loop, self.pace.due_s(when))
 
@@ -229,7 +253,7 @@ class Server:
 
     async def run_until(self, until: int) -> None:
         """Bring virtual time to clock `until` as fast as possible; links are served between slices of work."""
-        rig, part = self.rig, self.part
+        rig, part = self.rig, self._time
         while rig.now < until:
             self._next = _UNKNOWN
             end_s = self.pace.monotonic() + SLICE_S
@@ -259,7 +283,7 @@ class Server:
 
     def _work(self, target: int) -> bool:
         """Run the events up to `target`, for one slice at most; says whether all are done."""
-        part, monotonic = self.part, self.pace.monotonic
+        part, monotonic = self._time, self.pace.monotonic
         end_s = monotonic() + SLICE_S
         while (when := part.next_event()) <= target:
             if when == clock.NEVER:
@@ -284,113 +308,5 @@ class Server:
 
     def _wake(self) -> None:
         self._timer = None
-        self.catch_up()
-        self.settle()
-
-
-class _Line:
-    """One client's line to the modules.
-
-    A telegram that stops in the middle is given up after a time of the wall's, whatever the speed: it is the
-    client that does not go on.
-    """
-
-    def __init__(
-        self,
-        server: Server,
-        name: str,
-        send: Send,
-        latency_ms: int = 0,
-        baud_rate: Callable[[], int] | None = None,
-    ) -> None:
-        self._server = server
-        self._pace = server.pace
-        self._log = None if server.log is None else LineLog(server.log, name)
-        self._send = send
-        self._baud_rate = baud_rate
-        reply = send if self._log is None else self._log_and_send
-        self._end = SerialEnd(server.rig, reply, any_address=server.any_address)
-        self._time_out_s = TIME_OUT_S + latency_ms / 1000
-        self._last_s = -math.inf
-        if server.recorder is not None:
-            server.recorder.plugged(self._end)
-
-    def receive(self, data: bytes) -> None:
-        server = self._server
-        server.catch_up()
-        wall_s = self._pace.wall_s
-        if self._log is not None:
-            self._log.add(server.rig.now, ">", data, text=self._end.speaks_ascii)
-        over = wall_s - self._last_s > self._time_out_s
-        baud_rate = None if self._baud_rate is None else self._baud_rate()
-        self._end.receive(data, over, baud_rate)
-        if server.recorder is not None:
-            server.recorder.received(self._end, (data, over, baud_rate))
-        self._last_s = wall_s
-        server.settle()
-
-    def disconnect(self) -> None:
-        server = self._server
-        server.catch_up()
-        self._end.unplug()
-        if server.recorder is not None:
-            server.recorder.unplugged(self._end)
-        server.settle()
-
-    def _log_and_send(self, data: bytes) -> None:
-        assert self._log is not None
-        self._log.add(self._server.rig.now, "<", data, text=self._end.speaks_ascii)
-        self._send(data)
-
-
-class _Bus:
-    """The CAN bus that joins all modules and all CAN clients; what one client sends reaches all others."""
-
-    def __init__(self, server: Server) -> None:
-        self.server = server
-        self.clients: list[_Node] = []
-        self.end = CanEnd(server.rig, self._reply)
-        if server.recorder is not None:
-            server.recorder.plugged(self.end)
-
-    def connect(self, name: str, send: SendFrame) -> BusPeer:
-        """A further client."""
-        self.clients.append(node := _Node(self, name, send))
-        return node
-
-    def _reply(self, identifier: int, data: bytes) -> None:
-        for client in self.clients:
-            client.deliver(identifier, data)
-
-
-class _Node:
-    """One client on the bus."""
-
-    def __init__(self, bus: _Bus, name: str, send: SendFrame) -> None:
-        self._bus = bus
-        self._log = None if bus.server.log is None else LineLog(bus.server.log, name)
-        self._send = send
-
-    def receive(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
-        """Take a frame from the client; modules with another bit rate do not understand it."""
-        server = self._bus.server
-        server.catch_up()
-        if self._log is not None:
-            self._log.add_frame(server.rig.now, ">", identifier, data)
-        for client in self._bus.clients:
-            if client is not self:
-                client.deliver(identifier, data)
-        self._bus.end.receive(identifier, data, bit_rate)
-        if server.recorder is not None:
-            server.recorder.received(self._bus.end, (identifier, data, bit_rate))
-        server.settle()
-
-    def disconnect(self) -> None:
-        """The client leaves the bus."""
-        self._bus.clients.remove(self)
-
-    def deliver(self, identifier: int, data: bytes) -> None:
-        """Send the client a frame of another node."""
-        if self._log is not None:
-            self._log.add_frame(self._bus.server.rig.now, "<", identifier, data)
-        self._send(identifier, data)
+        self.arrive()
+        self.look_ahead()

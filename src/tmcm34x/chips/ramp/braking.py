@@ -156,14 +156,14 @@ class Braking(Part):
         rise, factor, shift, v_min, step = law.rise, law.factor, law.shift, law.v_min, law.a_max
         interval = law.ramp_mask + 1
         fall, slow = step >> 8, -(step - speed >> 8)
-        for begin in range(n, n + count * interval, interval):
+        for walked in range(count):
             if way <= lowest:
-                return begin, speed, way
+                return n + walked * interval, speed, way
             square = factor * (way - 1 >> 11) >> shift
-            v = int(sqrt(square)) if COMPILED else isqrt(square)
+            v = int(sqrt(float(square))) if COMPILED else isqrt(square)
             if v < slow or v <= v_min:
                 if v <= v_min and speed - step <= v_min << 8:
-                    return begin, speed, way
+                    return n + walked * interval, speed, way
                 speed -= step
                 v = speed >> 8
                 slow = -(step - speed >> 8)

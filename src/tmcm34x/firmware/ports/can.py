@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from tmcm34x.clock import Value
     from tmcm34x.firmware.module import Module
 
-_IDENTIFIER_BITS: Final = (1 << 29) - 1
+IDENTIFIER_BITS: Final = (1 << 29) - 1
 
 
 def unconnected(identifier: int, data: bytes) -> None:
@@ -71,7 +71,7 @@ class CanPort:
 
     def receive(self, identifier: int, data: bytes) -> None:
         """Take a frame from the bus, at the module's present clock; bits above the 29 of an identifier are ignored."""
-        module, identifier = self.module, identifier & _IDENTIFIER_BITS
+        module, identifier = self.module, identifier & IDENTIFIER_BITS
         if not module.powered or identifier not in self.identifiers or len(data) not in CAN_SIZES:
             return
         if module.observers:

@@ -74,6 +74,11 @@ class SerialPort:
         return BAUD_RATES[self.module.baud_index]
 
     @property
+    def idle(self) -> bool:
+        """Whether the next bytes begin a telegram."""
+        return self._line is None and not self._buffer
+
+    @property
     def ascii_mode(self) -> bool:
         """Whether the port speaks ASCII lines instead of telegrams."""
         return self._line is not None
@@ -123,7 +128,7 @@ class SerialPort:
                 rest = bytes(buffer)
                 buffer.clear()
                 self._receive_ascii(rest)
-        self._last = module.now
+        self._last = module.now if buffer else 0
 
     def _receive_ascii(self, data: bytes) -> None:
         if self._line is not None and data:
