@@ -18,6 +18,7 @@ const options = {
     minify: true,
     jsx: "automatic",
     jsxImportSource: "preact",
+    alias: { marked: join(here, "src", "editor", "markdown.ts") },
     legalComments: "none",
     logLevel: "warning",
 };
