@@ -161,6 +161,14 @@ def test_dis_takes_names_from_an_older_source(call):
     assert call("dis", "go.bin", "--like", put("bad.tmc", "foo 1"))[0] == 1
 
 
+def test_an_older_source_is_read_for_the_module_that_the_image_is_for(call):
+    source = "#if MODEL == 342\nStart:  MST   2\n#else\nOther:  MST   0\n#endif\n        JA    Start\n"
+    put("old.tmc", source)
+    put("go.bin", pack_binary([Instruction(3, 0, 2), Instruction(22)]))
+    assert call("dis", "go.bin", "--like", "old.tmc", "--model", "342")[1].startswith("Start:  MST   2")
+    assert call("dis", "go.bin", "--like", "old.tmc")[0] == 1
+
+
 def test_foreign_commands_are_named(call):
     put("go.bin", pack_binary([Instruction(37, 1, 2, 3), Instruction(28)]))
     assert "//! DATA 37, 1, 2, 3" in call("dis", "go.bin")[1]

@@ -186,6 +186,20 @@ def test_a_program_with_mistakes_is_not_sent(port, tmp_path):
     assert "2048" in result.output
 
 
+MODEL_SOURCE = "#if MODEL == 342\n  MST 2\n#else\n  MST 0\n#endif\n"
+
+
+@pytest.mark.parametrize(("model", "motor"), [(341, 0), (342, 2), (343, 0)])
+def test_a_source_is_assembled_for_the_module_that_is_there(serve, tmp_path, model, motor):
+    (tmp_path / "a.tmc").write_text(MODEL_SOURCE)
+    port = f"tcp:{serve('--tcp', 0, '--model', model).tcp}"
+    with Connection.open(port) as connection:
+        connection.ask(Instruction(132))  # a module that is found in download mode says what it is too
+    assert tmcm34x("download", tmp_path / "a.tmc", "--yes", port=port).exit_code == 0
+    with Connection.open(port) as connection:
+        assert connection.read_instruction(0) == Instruction(3, 0, motor)
+
+
 def test_an_interrupted_download_leaves_the_module_usable(serve, tmp_path, wait_for):
     """The process is interrupted as by Ctrl+C; the module executes commands afterwards."""
     log = tmp_path / "log.txt"

@@ -6,7 +6,14 @@ from pathlib import Path
 
 import click
 
-from tmcm34x.cli.source_files import assemble_file, include_option, print_diagnostics, read_image, write
+from tmcm34x.cli.source_files import (
+    assemble_file,
+    include_option,
+    model_option,
+    print_diagnostics,
+    read_image,
+    write,
+)
 from tmcm34x.toolchain.disassembler import disassemble, up_to_end_mark
 from tmcm34x.toolchain.formatter import format_source
 from tmcm34x.toolchain.likeness import disassemble_like
@@ -28,6 +35,7 @@ _PATH = click.Path(dir_okay=False, path_type=Path)
     help="Take labels, constants and comments from this source where the code is the same.",
 )  # fmt: skip
 @include_option
+@model_option
 def command(
     *,
     file: Path,
@@ -36,6 +44,7 @@ def command(
     plain: bool,
     like: Path | None,
     include_path: tuple[Path, ...],
+    model: str,
 ) -> int:
     """Turn the image FILE (.bin, or Intel HEX as .hex) into source that assembles to the same image."""
     program = read_image(file)
@@ -44,7 +53,7 @@ def command(
     if like is None:
         text = format_source(disassemble(program, explain=not plain))
     else:
-        old = assemble_file(like, include_path)
+        old = assemble_file(like, include_path, model=int(model))
         if not old.ok:
             print_diagnostics(old.diagnostics, old.sources)
             return 1

@@ -42,12 +42,14 @@ def download(
 ) -> int:
     """Store the program FILE, source or image (.bin, .hex), in the module, and read it back.
 
-    It may be interrupted: the module leaves download mode.
+    A source is assembled for the module's model. It may be interrupted: the module leaves download mode.
     """
     from tmcm34x.host import program
+    from tmcm34x.host.settings import identify
 
-    instructions = read_program(file, include_path, append_stop=append_stop)
     with opened(url) as connection:
+        model, _ = connection.run(identify())
+        instructions = read_program(file, include_path, append_stop=append_stop, model=model)
         confirm(connection, _what(connection, len(instructions), run), yes)
         with progress("downloading") as show:
             connection.run(
