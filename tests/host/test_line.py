@@ -1,5 +1,6 @@
 """Lines by name: URLs, serial ports, sockets and CAN."""
 
+import sys
 import threading
 
 import pytest
@@ -8,10 +9,13 @@ from hypothesis import strategies as st
 
 from tmcm34x.bench import simple_rig
 from tmcm34x.firmware.ports.can import CanPort
-from tmcm34x.host import Connection, LinkError, Module, backup, connect
+from tmcm34x.host import Connection, GarbledReplyError, LinkError, Module, backup, connect, scan
 from tmcm34x.host.can_line import serial_form
+from tmcm34x.host.program import download
 from tmcm34x.host.url import parse_url
 from tmcm34x.tmcl.datagram import Instruction, Reply, pack_can_reply, unpack_reply
+from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_KEYS
+from tmcm34x.tmcl.mnemonic import parse_instruction
 
 can = pytest.importorskip("can")
 
@@ -77,6 +81,9 @@ class Bus:
             if frame is not None:
                 self.port.receive(frame.arbitration_id, bytes(frame.data))
 
+    def execute(self, line):
+        assert self.rig.modules[0].execute(parse_instruction(line))[0] == 100
+
     def stop(self):
         self.over = True
         self.thread.join()
@@ -111,6 +118,41 @@ def test_a_line_on_can_follows_its_identifiers(bus, request):
         assert connection.run(restore.restore(wanted, connection.run(backup.read()))) == []
         assert connection.address == 0x23
         assert (module.can_id, module.can_reply_id, module.serial_address) == (0x123, 0x77, 9)
+
+
+@pytest.mark.parametrize("reply", ["any", "0x7F"])
+def test_a_module_on_can_is_found_whatever_its_identifiers(bus, request, reply):
+    for key, number in (("can_reply_id", 0x7F), ("can_id", 0x105)):
+        bus.execute(f"SGP {GLOBAL_KEYS[key].number}, 0, {number}")
+    name = f"can:virtual:{request.node.name}?bitrate=1000000"
+    attempts = scan.plan([name if reply == "any" else f"{name}&reply={reply}"], addresses=range(0x100, 0x10A))
+    (found,) = scan.scan(attempts)
+    assert (found.model, found.version, found.address) == (343, "V4.36", 5)
+    with connect(found.url) as module:
+        assert (module.can_id, module.can_reply_id) == (0x105, 0x7F)
+
+
+def test_a_module_that_is_called_by_its_second_identifier_answers_with_its_first(bus, request):
+    bus.execute("SGP 83, 0, 77")
+    name = f"can:virtual:{request.node.name}?id=77&timeout=0.1&retries=0"
+    with connect(f"{name}&address=1") as module:
+        module.axes[2].max_speed = 99
+        assert module.axes[2].max_speed == 99
+    with pytest.raises(GarbledReplyError), connect(name) as module:
+        _ = module.axes[2].max_speed
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo terminals")
+def test_an_slcan_adapter_carries_all_that_a_serial_line_does(serve):
+    path = dict(serve("--slcan").links)["slcan"]
+    (found,) = scan.scan(scan.plan([f"slcan:{path}"], addresses=(5, 1, 2)))
+    assert found.url == f"slcan:{path}?reply=2&id=1&bitrate=1000000"
+    with connect(found.url) as module:
+        assert module.version == "343V4.36"
+        module.axes[1].max_speed = 321
+        assert module.axes[1].max_speed == 321
+        module.connection.run(download((Instruction(3, 0, 2), Instruction(28))))
+        assert module.connection.run(backup.read()).complete
 
 
 def test_a_bus_that_cannot_be_joined_is_one_line():

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 class CanLine(RealTime):
     """A CAN bus that python-can knows (extra `can`); replies have the identifier `reply`.
 
-    Telegrams keep the serial form above this line; the address of a module is the low byte of its identifier.
+    Telegrams keep the serial form above this line; the address of a module is the low byte of its first identifier.
     """
 
     def __init__(self, interface: str, channel: str, options: Can) -> None:
@@ -75,13 +75,13 @@ class CanLine(RealTime):
         """At least `size` bytes, or what has come when the time is over."""
         data, end = b"", time.monotonic() + timeout_s
         while len(data) < size and (left := end - time.monotonic()) > 0:
-            data += self._receive(left)
+            data += self._receive(left) or b""
         return data
 
     def waiting(self) -> bytes:
         """What has come already."""
         data = b""
-        while telegram := self._receive(0):
+        while (telegram := self._receive(0)) is not None:
             data += telegram
         return data
 
@@ -89,15 +89,19 @@ class CanLine(RealTime):
         """Leave the bus."""
         self._bus.shutdown()
 
-    def _receive(self, timeout_s: float) -> bytes:
+    def _receive(self, timeout_s: float) -> bytes | None:
+        """The next frame, empty if it is no reply; None where there is none."""
         try:
             frame = self._bus.recv(timeout_s)
         except (self._can.CanError, OSError) as error:
             raise LinkError(f"{self.name}: the bus is gone: {' '.join(str(error).split())}") from error
-        reply = self._options.reply
-        if frame is None or frame.arbitration_id != reply or frame.is_remote_frame or frame.is_error_frame:
+        if frame is None:
+            return None
+        if frame.is_remote_frame or frame.is_error_frame:
             return b""
-        return serial_form(self._number, bytes(frame.data), reply & 0xFF)
+        if self._options.reply not in {None, frame.arbitration_id}:
+            return b""
+        return serial_form(self._number, bytes(frame.data), frame.arbitration_id & 0xFF)
 
 
 def serial_form(number: int, data: bytes, host: int) -> bytes:

@@ -1,6 +1,7 @@
 """Finding modules: ports, bit rates, addresses; also one whose rate or address is forgotten.
 
-Every request is 136 type 1, which changes nothing in any module, and has a reply also in download mode.
+Every request is 136 type 1, which changes nothing in any module, and has a reply also in download mode.  On CAN a
+module that replies is asked for the identifier of its replies too.
 
 Source: manual 6.1, 6.7.36, 8.1 (65, 66, 69, 71).
 """
@@ -14,16 +15,18 @@ from tmcm34x.host.connection import Connection
 from tmcm34x.host.exceptions import LinkError, ReplyError
 from tmcm34x.host.line import open_line
 from tmcm34x.host.program import silent
-from tmcm34x.host.steps import VERSION
-from tmcm34x.host.url import Url, parse_url
+from tmcm34x.host.reading import Value
+from tmcm34x.host.steps import NUMBERS, VERSION, Follow, reading
+from tmcm34x.host.url import ANY, Url, parse_url
 from tmcm34x.tmcl.datagram import SIZE, Instruction
-from tmcm34x.tmcl.global_parameters import BAUD_RATES, CAN_BIT_RATES
+from tmcm34x.tmcl.global_parameters import BAUD_RATES, BY_KEY, CAN_BIT_RATES
 
 ADDRESSES: Final = range(1, 256)
 LIKELY_BAUDS: Final = (9600, 115200, 57600, 38400, 19200)
 """Tried first; then the others that a module may have."""
 LIKELY_ADDRESSES: Final = 16
 _IDENTIFY: Final = Instruction(VERSION, 1)
+_REPLY_ID: Final = Instruction(NUMBERS["GGP"], BY_KEY["can_reply_id"].number)
 _BITS: Final = 10
 LATENCY_S: Final = 0.03
 """What adapters and computers add to the time that two telegrams take on the wire; the longest reply pause besides."""
@@ -94,7 +97,7 @@ def _attempts(url: Url, addresses: Sequence[int], bauds: Sequence[int]) -> Itera
             [url.can.bitrate] if "bitrate" in url.options else sorted(CAN_BIT_RATES.values(), reverse=True)
         )
         for rate in rates:
-            yield from (Try(url.replaced(id=n, bitrate=rate), n & 0xFF) for n in addresses)
+            yield from (Try(_any_reply(url).replaced(id=n, bitrate=rate), n & 0xFF) for n in addresses)
         return
     if url.scheme != "serial":
         yield from (Try(url.replaced(address=n), n) for n in addresses)
@@ -104,6 +107,11 @@ def _attempts(url: Url, addresses: Sequence[int], bauds: Sequence[int]) -> Itera
     for part in (near, far):
         for rate in rates:
             yield from (Try(url.replaced(baud=rate, address=n), n) for n in part)
+
+
+def _any_reply(url: Url) -> Url:
+    """Replies may have any identifier, unless the URL names it."""
+    return url if "reply" in url.options else url.replaced(reply=ANY)
 
 
 def _all_bauds() -> list[int]:
@@ -167,8 +175,8 @@ class _Lines:
 
 
 def _line_of(url: Url) -> str:
-    """What has to be opened anew for the next attempt: everything but the address on a serial line."""
-    options = {name: value for name, value in url.options.items() if name != "address"}
+    """What has to be opened anew for the next attempt: everything but address and identifier."""
+    options = {name: value for name, value in url.options.items() if name not in {"address", "id"}}
     return f"{url.scheme}:{url.target}?{sorted(options.items())}"
 
 
@@ -179,6 +187,8 @@ def _open(attempt: Try, pause_s: float) -> Connection:
 
 
 def _ask(connection: Connection, attempt: Try) -> Found | None:
+    if attempt.url.is_can:
+        connection.line.follow(Follow(can_id=attempt.url.can.id), attempt.address)
     connection.address = attempt.address
     connection.forget()
     try:
@@ -187,4 +197,12 @@ def _ask(connection: Connection, attempt: Try) -> Found | None:
         return None
     model = answer.value >> 16
     version = f"V{answer.value >> 8 & 0xFF}.{answer.value & 0xFF}"
-    return Found(attempt.url.name, model, version, attempt.address)
+    return Found(_reply_named(connection, attempt.url).name, model, version, attempt.address)
+
+
+def _reply_named(connection: Connection, url: Url) -> Url:
+    """The URL with the identifier of the module's replies, which the module tells."""
+    if url.options.get("reply") != ANY:
+        return url
+    found = connection.run(reading(_REPLY_ID))
+    return url.replaced(reply=found.value) if isinstance(found, Value) else url

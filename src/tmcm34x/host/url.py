@@ -7,7 +7,9 @@
     virtual:343?bench=stage.toml                 a module in this process, in virtual time
     rfc2217://host:port?baud=9600                any other URL that pyserial opens
 
-Options that are numbers may be decimal or 0x...; `timeout` is in seconds.
+Options that are numbers may be decimal or 0x...; `timeout` is in seconds.  On CAN, `reply=any` takes replies with any
+identifier, and `address` is that in the replies of a module that is called by its second identifier (83): the low byte of
+its first.
 """
 
 from __future__ import annotations
@@ -18,6 +20,8 @@ from typing import Final, NamedTuple
 from tmcm34x.host.exceptions import LinkError
 from tmcm34x.tmcl.global_parameters import BY_KEY
 
+ANY: Final = "any"
+"""As the identifier of replies: frames with any identifier are taken for one, as where it is not known yet."""
 _DEFAULT_BIT_RATE: Final = 1_000_000
 _EXAMPLES: Final = (
     "serial:/dev/ttyUSB0?baud=9600&address=1, tcp:HOST:PORT, can:INTERFACE:CHANNEL?id=1, virtual:343"
@@ -28,7 +32,8 @@ class Can(NamedTuple):
     """Identifiers of a module and of its replies, and the bit rate of the bus."""
 
     id: int
-    reply: int
+    reply: int | None
+    """None: any."""
     bitrate: int
 
 
@@ -47,10 +52,12 @@ class Url(NamedTuple):
 
     @property
     def address(self) -> int:
-        """Address of the module; on CAN the low byte of its identifier."""
-        if self.is_can:
-            return self.can.id & 0xFF
-        return self._number("address", BY_KEY["serial_address"].default, 0, 255)
+        """Address of the module in its replies; on CAN the low byte of its identifier by default.
+
+        A module that is called by its second identifier (83) answers with the low byte of its first (71).
+        """
+        default = self.can.id & 0xFF if self.is_can else BY_KEY["serial_address"].default
+        return self._number("address", default, 0, 255)
 
     @property
     def timeout_s(self) -> float:
@@ -71,10 +78,10 @@ class Url(NamedTuple):
     @property
     def can(self) -> Can:
         """What a CAN line needs."""
-        highest = BY_KEY["can_id"].high
+        highest, any_reply = BY_KEY["can_id"].high, self.options.get("reply") == ANY
         return Can(
             self._number("id", BY_KEY["can_id"].default, 0, highest),
-            self._number("reply", BY_KEY["can_reply_id"].default, 0, highest),
+            None if any_reply else self._number("reply", BY_KEY["can_reply_id"].default, 0, highest),
             self._number("bitrate", _DEFAULT_BIT_RATE, 10_000, 1_000_000),
         )
 
@@ -94,8 +101,9 @@ class Url(NamedTuple):
         """Port, bit rate and address, for people."""
         if self.is_can:
             can = self.can
+            replies = ANY if can.reply is None else can.reply
             return (
-                f"{self.scheme}:{self.target}, {can.bitrate // 1000} kbit/s, id {can.id}, replies {can.reply}"
+                f"{self.scheme}:{self.target}, {can.bitrate // 1000} kbit/s, id {can.id}, replies {replies}"
             )
         port = self.target if self.scheme == "serial" else f"{self.scheme}:{self.target}"
         rate = f", {self.baud} baud" if self.scheme == "serial" and "://" not in self.target else ""
@@ -132,8 +140,8 @@ _COMMON: Final = frozenset({"timeout", "retries"})
 _OPTIONS: Final[Mapping[str, frozenset[str]]] = {
     "serial": _COMMON | {"baud", "address"},
     "tcp": _COMMON | {"address"},
-    "can": _COMMON | {"id", "reply", "bitrate"},
-    "slcan": _COMMON | {"id", "reply", "bitrate"},
+    "can": _COMMON | {"id", "reply", "bitrate", "address"},
+    "slcan": _COMMON | {"id", "reply", "bitrate", "address"},
     "virtual": _COMMON | {"address", "bench", "seed", "eeprom", "baud"},
 }
 
