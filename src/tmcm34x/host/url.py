@@ -8,8 +8,8 @@
     rfc2217://host:port?baud=9600                any other URL that pyserial opens
 
 Options that are numbers may be decimal or 0x...; `timeout` is in seconds.  On CAN, `reply=any` takes replies with any
-identifier, and `address` is that in the replies of a module that is called by its second identifier (83): the low byte of
-its first.
+identifier, and `address` is that in the replies of a module that is called by its second identifier (83): the low byte
+of its first.
 """
 
 from __future__ import annotations
