@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -320,6 +321,64 @@ def test_a_backup_of_another_model_is_refused_unless_told(tmp_path):
     result = tmcm34x("restore", tmp_path / "x.toml", port="virtual:343")
     assert result.exit_code == 2
     assert "the backup is of a TMCM-341, and the module is a TMCM-343" in result.output
+
+
+OPERATIONS = {
+    "backup FILE --yes": 60,
+    "restore BACKUP --yes": 60,
+    "clone virtual:343 PORT --yes": 60,
+    "compare PORT virtual:343 --yes": 60,
+    "settings dump": 60,
+    "settings load SETTINGS --yes": 60,
+    "settings diff SETTINGS": 60,
+    "settings store --yes": 60,
+    "download PROGRAM --yes": 60,
+    "upload": 0,
+    "monitor --csv --rate 100": 20,
+    "why": 5,
+    "status": 4,
+    "console": 2,
+    "start --yes": 1,
+    "stop --all": 1,
+    "step --yes": 1,
+    "reset": 1,
+    "factory-reset --yes": 3,
+}
+"""Commands, and how many replies they get before the line is cut."""
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("files")
+    names = {name: str(folder / f"{name.lower()}.toml") for name in ("BACKUP", "SETTINGS", "FILE")}
+    assert tmcm34x("backup", names["BACKUP"], port=VIRTUAL).exit_code == 0
+    assert tmcm34x("settings", "dump", names["SETTINGS"], port=VIRTUAL).exit_code == 0
+    backup = Path(names["BACKUP"])
+    backup.write_text(backup.read_text().replace("max_speed = 1000", "max_speed = 900"))
+    (folder / "program.tmc").write_text("MST 0\n" * 200)
+    return names | {"PROGRAM": str(folder / "program.tmc")}
+
+
+@pytest.mark.parametrize("link", ["tcp", "serial"])
+@pytest.mark.parametrize("words", OPERATIONS)
+def test_a_line_that_is_unplugged_in_the_middle_is_status_3(serve, files, words, link):
+    option = ("--tcp", 0) if link == "tcp" else ("--pty",)
+    served = serve(*option, "--fault", f"unplug,after={OPERATIONS[words]}")
+    port = f"tcp:{served.tcp}" if link == "tcp" else served.pty
+    arguments = [{**files, "PORT": port}.get(word, word) for word in words.split()]
+    result = tmcm34x(*arguments, port=port, text="GAP 4, 0\n" * 10)
+    *_, last = result.output.splitlines()
+    assert result.exit_code == 3
+    assert re.search(r" is gone \(.+\); is (it plugged in|the other side still running)\?$", last)
+    assert not Path(files["FILE"]).exists()
+
+
+def test_a_port_that_another_host_uses_is_status_2(serve):
+    served = serve("--pty")
+    with Connection.open(served.pty):
+        result = tmcm34x("status", port=served.pty)
+    assert result.exit_code == 2
+    assert "another program is using it" in result.output
 
 
 def test_a_disk_that_is_full_loses_no_old_backup(tmp_path, monkeypatch):

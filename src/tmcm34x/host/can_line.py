@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any, Final
 
-from tmcm34x.host.exceptions import LinkError
+from tmcm34x.host.exceptions import LinkError, LostLinkError
 from tmcm34x.host.line import RealTime
 from tmcm34x.tmcl.datagram import (
     SIZE,
@@ -69,7 +69,9 @@ class CanLine(RealTime):
         try:
             self._bus.send(frame)
         except (self._can.CanError, OSError) as error:
-            raise LinkError(f"{self.name}: a frame cannot be sent: {' '.join(str(error).split())}") from error
+            raise LostLinkError(
+                f"{self.name}: a frame cannot be sent: {' '.join(str(error).split())}"
+            ) from error
 
     def read(self, size: int, timeout_s: float) -> bytes:
         """At least `size` bytes, or what has come when the time is over."""
@@ -94,7 +96,9 @@ class CanLine(RealTime):
         try:
             frame = self._bus.recv(timeout_s)
         except (self._can.CanError, OSError) as error:
-            raise LinkError(f"{self.name}: the bus is gone: {' '.join(str(error).split())}") from error
+            raise LostLinkError(
+                f"{self.name}: the bus is gone ({' '.join(str(error).split())}); is the adapter plugged in?"
+            ) from error
         if frame is None:
             return None
         if frame.is_remote_frame or frame.is_error_frame:

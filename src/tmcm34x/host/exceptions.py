@@ -1,7 +1,8 @@
 """What can go wrong between a host and a module: one tree.
 
 HostError
-├── LinkError                the port or socket cannot be opened, or is gone
+├── LinkError                the port or socket cannot be opened
+│   └── LostLinkError        it is gone: unplugged, or the other side has hung up
 ├── ReplyError               the module's answer did not arrive
 │   ├── NoReplyError         nothing came in time
 │   │   └── LateReplyError   the answer to an earlier command came: the time-out is too short
@@ -31,7 +32,11 @@ class HostError(Exception):
 
 
 class LinkError(HostError):
-    """The port or socket cannot be opened, or is gone."""
+    """The port or socket cannot be opened or used."""
+
+
+class LostLinkError(LinkError):
+    """The port or socket was there and is gone; what was under way may have been done in part."""
 
 
 class ReplyError(HostError):

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import serial
 
-from tmcm34x.host.exceptions import LinkError
+from tmcm34x.host.exceptions import LinkError, LostLinkError
 from tmcm34x.host.line import RealTime
 from tmcm34x.links.reasons import port_reason
 
@@ -74,8 +74,8 @@ class SerialLine(RealTime):
         with contextlib.suppress(*GONE):
             self._port.close()
 
-    def _lost(self, error: Exception) -> LinkError:
-        return LinkError(f"{self.name}: the port is gone ({port_reason(error)}); is it plugged in?")
+    def _lost(self, error: Exception) -> LostLinkError:
+        return LostLinkError(f"{self.name}: the port is gone ({port_reason(error)}); is it plugged in?")
 
 
 class DescriptorLine(SerialLine):
@@ -105,7 +105,7 @@ class DescriptorLine(SerialLine):
         except (*GONE, ValueError) as error:
             raise self._lost(error) from error
         if not data:
-            raise self._lost(OSError(errno.EIO))
+            raise self._lost(OSError(errno.EIO, "no bytes"))
         return data
 
 

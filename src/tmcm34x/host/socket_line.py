@@ -7,7 +7,7 @@ import socket
 import time
 from typing import TYPE_CHECKING, Final
 
-from tmcm34x.host.exceptions import LinkError
+from tmcm34x.host.exceptions import LinkError, LostLinkError
 from tmcm34x.host.line import RealTime
 from tmcm34x.links.reasons import reason
 
@@ -39,7 +39,7 @@ class SocketLine(RealTime):
             except BlockingIOError:
                 select.select([], [self._socket], [])
             except OSError as error:
-                raise LinkError(f"{self.name}: {reason(error)}") from error
+                raise self._lost(reason(error)) from error
 
     def read(self, size: int, timeout_s: float) -> bytes:
         """At least `size` bytes, or what has come when the time is over."""
@@ -63,7 +63,7 @@ class SocketLine(RealTime):
         try:
             return bool(select.select([self._socket], [], [], timeout_s)[0])
         except (OSError, ValueError) as error:
-            raise LinkError(f"{self.name}: the connection is closed") from error
+            raise self._lost("closed here") from error
 
     def _receive(self) -> bytes:
         try:
@@ -71,10 +71,13 @@ class SocketLine(RealTime):
         except BlockingIOError:
             return b""
         except OSError as error:
-            raise LinkError(f"{self.name}: {reason(error)}") from error
+            raise self._lost(reason(error)) from error
         if not data:
-            raise LinkError(f"{self.name}: the other side has hung up")
+            raise self._lost("the other side has hung up")
         return data
+
+    def _lost(self, why: str) -> LostLinkError:
+        return LostLinkError(f"{self.name}: the connection is gone ({why}); is the other side still running?")
 
 
 def open_line(url: Url) -> SocketLine:

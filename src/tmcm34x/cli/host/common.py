@@ -62,9 +62,10 @@ def host_errors() -> Generator[None]:
         raise CliError(str(error)) from error
     except exceptions.ReplyError as error:
         raise SilentModuleError(str(error)) from error
+    except exceptions.LostLinkError as error:
+        raise SilentModuleError(str(error)) from error
     except exceptions.LinkError as error:
-        gone = "gone" in str(error) or "hung up" in str(error)
-        raise (SilentModuleError if gone else CliError)(str(error)) from error
+        raise CliError(str(error)) from error
     except exceptions.HostError as error:
         raise RefusingModuleError(str(error)) from error
 
