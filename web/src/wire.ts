@@ -831,7 +831,7 @@ export interface Watch {
     items: Watched[];
 }
 
-/** State frames a second for this page; 0 while nobody looks. */
+/** State frames a second for this page; 0 while the page is hidden. */
 export interface SetRate {
     call: "set_rate";
     hz: number;

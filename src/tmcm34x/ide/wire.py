@@ -901,7 +901,7 @@ class Watch(Call, tag="watch"):
 
 
 class SetRate(Call, tag="set_rate"):
-    """State frames a second for this page; 0 while nobody looks."""
+    """State frames a second for this page; 0 while the page is hidden."""
 
     hz: int
 

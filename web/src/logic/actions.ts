@@ -1,4 +1,4 @@
-// Everything the page can be told to do: one row each. Tool bar, key bindings, palette and overview read it.
+// Everything the page can do: one row each. Tool bar, key bindings, palette and overview read it.
 import { effect, signal } from "@preact/signals";
 import { find, toggleHere } from "../editor/editor";
 import { showHints } from "../editor/server";

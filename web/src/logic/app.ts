@@ -1,4 +1,4 @@
-// The page's state: what the server told, what the module does, and the notices on screen.
+// The page's state: what the server has sent, what the module does, and the notices on screen.
 import { batch, computed, signal } from "@preact/signals";
 import {
     CURVES,
@@ -69,7 +69,7 @@ const empty = new DataView(new ArrayBuffer(64));
 export const time = signal<TimeState>(readTime(empty, 0));
 export const program = signal<ProgramState>(readProgram(empty, 0));
 export const motors = [0, 1, 2].map(() => signal<MotorState>(readMotor(empty, 0)));
-/** The same for figures that people read: ten times a second is as fast as anybody can. */
+/** The same for figures that people read: ten times a second is as fast as a person can. */
 export const figures = [0, 1, 2].map(motor => signal<MotorState>(motors[motor]!.peek()));
 export const shownSeconds = signal(0);
 export const shownProgram = signal<ProgramState>(program.peek());

@@ -63,7 +63,7 @@ export async function download(run: boolean): Promise<Assembled | null> {
     return result;
 }
 
-/** Download; over a program that nobody here has loaded only when a person says so. */
+/** Download; over a program that was not loaded here only after a confirmation. */
 async function store(call: Call & { call: "download" }): Promise<Assembled | null> {
     busy.value = "Downloading";
     try {

@@ -313,7 +313,7 @@ const restored = new Promise<void>(done =>
     }),
 );
 
-/** At the first contact: what was open here before, drafts, and what the server was told to show. */
+/** At the first contact: what was open here before, drafts, and what the server was started with. */
 export async function restore(): Promise<void> {
     const known = tabs.value;
     const before = active.value;

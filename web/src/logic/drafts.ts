@@ -29,7 +29,7 @@ function stored(): { name: string; path: string; window: string }[] {
     });
 }
 
-/** Windows that are open now, without this one; nobody knows them where the page did not come from this machine. */
+/** Windows that are open now, without this one; unknown where the page did not come from this machine. */
 async function others(): Promise<Set<string>> {
     const held = (await navigator.locks?.query())?.held ?? [];
     const windows = held.map(lock => lock.name ?? "").filter(lock => lock.startsWith(LOCK));

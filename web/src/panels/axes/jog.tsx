@@ -6,7 +6,7 @@ import { notReady, ready } from "../../logic/authority";
 import { Icon } from "../../widgets/icons";
 import { jogSpeed, microsteps, strides } from "./strides";
 
-/** The server stops a motor of whose button it has not heard for a second. */
+/** The server stops a motor whose button was not reported as held for a second. */
 const AGAIN_MS = 250;
 
 /** Turns while it is held, with pointer or key; anything that ends the hold or the sight of it stops the motor. */
