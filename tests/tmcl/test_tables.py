@@ -147,6 +147,7 @@ def test_any_instruction_survives_a_telegram_and_back(address, instruction):
         ("CALCVX ADD, 1", "another firmware"),
         ("SAP 4, 0, fast", "not a number: fast"),
         ("SAP 4, 300, 1", "0..255"),
+        ("SAP 4, 0, 4294967296", "32 bits"),
         ("", "no command"),
     ],
 )

@@ -2,7 +2,16 @@
 
 import pytest
 
+from tmcm34x.tmcl.datagram import unpack_can_reply, unpack_record, unpack_reply, unpack_request
 from tmcm34x.tmcl.telegrams import explain
+
+
+@pytest.mark.parametrize(
+    ("take", "size"), [(unpack_record, 7), (unpack_request, 8), (unpack_reply, 10), (unpack_can_reply, 6)]
+)
+def test_bytes_of_another_number_are_refused(take, size):
+    with pytest.raises(ValueError, match=f"not {size}$"):
+        take(bytes(size))
 
 
 @pytest.mark.parametrize(

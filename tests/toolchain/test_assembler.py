@@ -17,6 +17,46 @@ def test_a_constant_without_a_value_is_reported_where_it_is_defined_alone():
     assert [item.code for item in lint(assembly)] == []
 
 
+MENDED = [
+    ("SAP 4, 0, /* top */ 5\nSTOP", "E101", 11, "SAP 4, 0,  5\nSTOP"),
+    ("/* one\ntwo\nthree */\nSTOP", "E101", 1, "// one\n// two\n// three \nSTOP"),
+    ("STOP\n/* never closed", "E101", 1, "STOP\n// never closed"),
+    ("JA Loop\nLoop\nSTOP", "E103", 1, "JA Loop\nLoop:\nSTOP"),
+    ("JA Loop\nLoop;\nSTOP", "E103", 1, "JA Loop\nLoop:\nSTOP"),
+    ("STOP ;;; note", "E101", 6, "STOP // note"),
+    ("// a remark\nthat goes on here\nSTOP", "E101", 1, "// a remark\n// that goes on here\nSTOP"),
+    ("1 MST 0\n2 STOP", "E103", 1, "MST 0\nSTOP"),
+]
+"""Mistakes that one message and one fix are for: text, code, column, and the text as it is meant."""
+
+
+@pytest.mark.parametrize(("text", "code", "column", "right"), MENDED)
+def test_a_habit_is_one_mistake_with_one_fix(text, code, column, right):
+    (found,) = assemble(text).diagnostics
+    assert (found.code, found.location.column) == (code, column)
+    (fix,) = found.fixes
+    lines = text.split("\n")
+    for edit in sorted(fix.edits, key=lambda edit: edit.location, reverse=True):
+        _, line, start, end = edit.location
+        lines[line - 1] = lines[line - 1][: start - 1] + edit.text + lines[line - 1][end - 1 :]
+    assert "\n".join(lines) == right
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "part"),
+    [
+        ("L: JC ?, L", "E205", "JC takes ZE, NZ"),
+        ("JC , L\nL: STOP", "E103", "an operand is missing"),
+        ("NOP\nSTOP", "E201", "TMCL has no command that does nothing"),
+        ("ROP 0, 1\nSTOP", "E201", "ROR"),
+    ],
+)
+def test_what_is_not_certain_is_named_without_a_fix(text, code, part):
+    (found,) = assemble(text).diagnostics
+    assert found.code == code
+    assert part in found.text
+
+
 def codes(text, **options):
     return [item.code for item in assemble(text, **options).diagnostics]
 

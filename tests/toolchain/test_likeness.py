@@ -32,6 +32,20 @@ def test_the_same_code_keeps_its_names_and_remarks():
     assert assemble(text).program == old.program
 
 
+def test_two_labels_of_an_instruction_and_one_at_the_end_stay():
+    old = assemble("First:\nSecond: ROR 0, 1\nJC ZE, End\nJA First\nCSUB Second\nEnd:")
+    text = disassemble_like(old.program, old)
+    assert text.split("\n")[:2] == ["First:", "Second: ROR 0, 1"]
+    assert text.rstrip().endswith("End:")
+    assert assemble(text).program == old.program
+
+
+def test_an_old_source_with_mistakes_still_gives_its_names():
+    old = assemble("ROR 0, 1\nFOO 5\nTurn: ROR 0, 2\nJA Turn")
+    program = assemble("ROR 0, 1\nTurn: ROR 0, 2\nJA Turn").program
+    assert "Turn:   ROR 0, 2" in disassemble_like(program, old)
+
+
 def test_new_code_between_old_code_moves_the_targets():
     old = assemble(OLD)
     wait = Instruction(27, 0, 0, 10)

@@ -283,6 +283,15 @@ def test_operands_of_a_refused_command_count_as_used():
         assert [item.code for item in lint(assemble(text))] == [], text
 
 
+def test_names_may_be_used_in_a_file_that_is_missing():
+    assert lint(assemble("#include gone.inc\nSpeed = 5\nSTOP")) == ()
+
+
+def test_instructions_given_by_numbers_are_judged_too():
+    (found,) = findings("//! DATA 21, 8, 0, 0\nSTOP", rules=frozenset({"W205"}))
+    assert found.location[1:] == (1, 5, 21)
+
+
 def test_no_definition_is_removed_while_an_error_may_hide_its_use():
     (found,) = lint(assemble("Speed = 5\nROR 0, Sped\nSTOP"))
     assert (found.code, found.fixes) == ("W401", ())

@@ -87,10 +87,6 @@ class Command(NamedTuple):
         ]
         return f"{self.mnemonic} {', '.join(parts)}".strip()
 
-    def uses(self, field: Field) -> bool:
-        """Whether an operand fills `field`."""
-        return any(operand.field == field for operand in self.operands)
-
 
 def _words(*words: str) -> Words:
     return tuple((word, number) for number, word in enumerate(words))

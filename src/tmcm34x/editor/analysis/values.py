@@ -94,8 +94,7 @@ def _operand_hints(
         return
     comment = _comment(program, code)
     for operand, written in zip(row.operands, statement.operands, strict=False):
-        if written is None:
-            continue
+        assert written is not None
         if operand.kind in ("axis_parameter", "global_parameter"):
             parameter = parameter_of(row, instruction)
             if (

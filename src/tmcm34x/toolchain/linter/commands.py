@@ -179,8 +179,7 @@ def _surplus(found: Findings, code: Code, instruction: Instruction, spare: tuple
 def _without(code: Code, place: Location) -> Iterator[Fix]:
     """The fix that takes an operand away, and all after it, which have no effect either."""
     statement = code.line.statement
-    if not isinstance(statement, parser.Command) or place == code.location:
-        return
+    assert isinstance(statement, parser.Command)
     before = [o.end for o in statement.operands if o is not None and o.end < place.column]
     start = before[-1] if before else statement.start + len(statement.mnemonic)
     surplus = place._replace(column=start + 1, end=statement.end + 1)

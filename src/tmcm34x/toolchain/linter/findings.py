@@ -12,10 +12,10 @@ from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import Assembly, Code
 from tmcm34x.toolchain.diagnostics import Diagnostic, Fix, Location
 from tmcm34x.toolchain.entries import entries
-from tmcm34x.toolchain.expressions import ExpressionError, Operand, evaluate
+from tmcm34x.toolchain.expressions import Operand, evaluate
 from tmcm34x.toolchain.linter.rules import RULES, ignored_codes
 from tmcm34x.toolchain.parser import Command, Constant
-from tmcm34x.toolchain.tokens import Token, number_value
+from tmcm34x.toolchain.tokens import Token
 
 Numbered = list[tuple[int, Instruction]]
 """The instructions of a program with their addresses."""
@@ -88,19 +88,14 @@ class Findings:
         return ignored is None or code in ignored
 
     def exact_value(self, operand: Operand, *, literally: bool) -> float | None:
-        """The value of an operand before it is rounded.
+        """The value of an operand of an instruction before it is rounded.
 
         literally: only that of a number, or of a name that stands for one; None for an expression
         """
-        try:
-            if isinstance(operand, Token) and operand.kind == "number":
-                return number_value(operand.text)
-            named = isinstance(operand, Token) and self._names_a_number(operand)
-            if literally and not (is_number(operand) or named):
-                return None
-            return evaluate(operand, lambda name: self.assembly.symbols[name.text.upper()].value)
-        except (ExpressionError, KeyError):
+        named = isinstance(operand, Token) and operand.kind == "name" and self._names_a_number(operand)
+        if literally and not (is_number(operand) or named):
             return None
+        return evaluate(operand, lambda name: self.assembly.symbols[name.text.upper()].value)
 
     def _names_a_number(self, name: Token) -> bool:
         place = self.assembly.symbols[name.text.upper()].definition
