@@ -25,6 +25,8 @@ MENDED = [
     ("JA Loop\nLoop;\nSTOP", "E103", 1, "JA Loop\nLoop:\nSTOP"),
     ("STOP ;;; note", "E101", 6, "STOP // note"),
     ("// a remark\nthat goes on here\nSTOP", "E101", 1, "// a remark\n// that goes on here\nSTOP"),
+    ("A-1: MST 0\nA_1: JA A-1\nJA A_1", "E103", 1, "A_1_: MST 0\nA_1: JA A_1_\nJA A_1"),
+    ("A-1: //! DATA 28, 0, 0, 0\nJA A-1", "E103", 1, "A_1: //! DATA 28, 0, 0, 0\nJA A_1"),
     ("1 MST 0\n2 STOP", "E103", 1, "MST 0\nSTOP"),
 ]
 """Mistakes that one message and one fix are for: text, code, column, and the text as it is meant."""

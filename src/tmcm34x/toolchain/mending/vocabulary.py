@@ -49,17 +49,14 @@ def meaning(line: Text) -> Iterator[Repair]:
 def misspelt(line: Text) -> Iterator[Repair]:
     """A command with a slip in it, where the operands fit."""
     near = _near(line)
-    if not near:
-        return
-    for fits in (suits, sound):
-        fitting = [name for name in near if fits(_with_head(line, name))]
-        if fitting:
-            text = f"no command {shown(line.head)}; did you mean {one_of(fitting)}?"
-            if len(fitting) == 1:
-                yield change("E201", text, (line.body, line.rest, fitting[0]))
-            else:
-                yield Repair("E201", line.body, line.rest, text)
-            return
+    fitting = [n for n in near if suits(_with_head(line, n))] or [
+        n for n in near if sound(_with_head(line, n))
+    ]
+    text = f"no command {shown(line.head)}; did you mean {one_of(fitting)}?"
+    if len(fitting) == 1:
+        yield change("E201", text, (line.body, line.rest, fitting[0]))
+    elif fitting:
+        yield Repair("E201", line.body, line.rest, text)
 
 
 def _with_head(line: Text, name: str) -> parser.Line:
