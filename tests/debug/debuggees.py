@@ -66,3 +66,30 @@ def breakpoints(*addresses, **texts):
 def go(session):
     session.resume()
     session.advance(NEVER)
+
+
+PLANTED = """\
+        SCO   5, 0, 200
+        CSUB  Clean
+        SGP   3, 2, 0
+Loop:   GGP   3, 2
+        CALC  ADD, 1
+        AGP   3, 2
+        COMP  2000
+        JC    LT, Loop
+        MVP   COORD, 0, 5
+        WAIT  POS, 0, 0
+        GAP   1, 0
+        COMP  200
+        JC    EQ, Good
+Crash:  STOP
+Good:   JA    Good
+Clean:  SGP   4, 2, 0
+        SCO   5, 0, 900
+        RSUB
+"""
+"""A subroutine overwrites a coordinate ten thousand commands before the motor is found at the wrong place."""
+CRASH = 14
+"""The line at which that is found."""
+CULPRIT = 17
+"""The line that did it."""

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from debug.debuggees import CRASH, CULPRIT, PLANTED
 from tmcm34x.bench import simple_rig
 from tmcm34x.cli.dap import SERVICES
 from tmcm34x.clock import MS, run_until
@@ -370,6 +371,21 @@ def test_a_step_back_over_a_call_and_into_it(file):
     assert (editor.go(), editor.line()) == ("breakpoint", 4)
     editor.do("stepBack", threadId=1, granularity="instruction")
     assert editor.line() == 13
+
+
+def test_a_planted_bug_is_found_by_asking_who_wrote_a_value(tmp_path):
+    file = tmp_path / "planted.tmc"
+    file.write_text(PLANTED)
+    editor = launched(file, CRASH)
+    editor.run()
+    assert (editor.events("stopped")[-1]["reason"], editor.line()) == ("breakpoint", CRASH)
+    asked = {"expression": "who wrote co[5][0]?", "context": "repl"}
+    assert f"line {CULPRIT}: SCO 5, 0, 900 (200 → 900)" in editor.do("evaluate", **asked)["result"]
+    assert (editor.events("stopped")[-1]["reason"], editor.line()) == ("goto", CULPRIT)
+    assert editor.value("co[5][0]") == "200"
+    assert (editor.go("stepBack"), editor.line()) == ("step", CULPRIT - 1)
+    assert (editor.go("reverseContinue"), editor.value("gp[3]")) == ("entry", "0")
+    assert (editor.go(), editor.line()) == ("breakpoint", CRASH)
 
 
 def test_who_wrote_a_value_is_answered_in_the_console(file):

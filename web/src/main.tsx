@@ -50,6 +50,7 @@ import {
     type BottomPanel,
     type RightPanel,
 } from "./logic/layout";
+import { past } from "./logic/past";
 import { clockText, short } from "./logic/units";
 import { Axes } from "./panels/axes";
 import { Bench, TimeControls } from "./panels/bench";
@@ -63,6 +64,7 @@ import { Log } from "./panels/log";
 import { Machine } from "./panels/machine";
 import { Banner, Confirmation, Notices, Overview, Palette } from "./panels/overlays";
 import { ArmedSwitch, MotionStrips } from "./panels/motion";
+import { HistoryMemory, PastStrip } from "./panels/past";
 import { Parameters } from "./panels/parameters";
 import { Plot } from "./panels/plot";
 import { Problems } from "./panels/problems";
@@ -115,6 +117,8 @@ function TopBar() {
                 <ActionButton id="pause" />
                 <ActionButton id="step" />
                 <ActionButton id="step_over" />
+                {can.value.debug && <ActionButton id="step_back" />}
+                {can.value.debug && <ActionButton id="reverse" />}
                 <ActionButton id="stop" label />
                 <ActionButton id="reset" />
             </div>
@@ -150,6 +154,7 @@ const Lane = () => (
             </span>
         )}
         <ArmedSwitch />
+        <PastStrip />
         <Banner />
         <MotionStrips />
         <span class="gap" />
@@ -326,6 +331,7 @@ function StatusBar() {
                 </span>
             ))}
             {can.value.bench && <span title="Virtual seconds to a second, as reached">{reached}</span>}
+            <HistoryMemory />
             {size !== undefined && (
                 <span>
                     {size} / {tables.value.program_size}
@@ -358,7 +364,7 @@ function Page() {
     const columns = `${sizes.files ? `${sizes.filesWidth}px ` : "0 "}minmax(0, 1fr) ${Right ? `${sizes.rightWidth}px` : "0"}${beside ? ` ${SECOND_WIDTH}px` : ""}`;
     return (
         <div
-            class={`shell ${welcome.value && !online.value ? "offline" : ""} ${drawer.value ? "drawer" : ""}`}
+            class={`shell ${welcome.value && !online.value ? "offline" : ""} ${drawer.value ? "drawer" : ""} ${past.value ? "past" : ""}`}
             style={{ gridTemplateColumns: columns }}
         >
             <TopBar />
@@ -460,7 +466,7 @@ function Page() {
                         class="panel-body"
                         role="tabpanel"
                         aria-label={RIGHT[shown as keyof typeof RIGHT][0]}
-                        inert={!!welcome.value && !online.value}
+                        inert={(!!welcome.value && !online.value) || (past.value && shown !== "program")}
                     >
                         <Right />
                     </div>
@@ -482,7 +488,7 @@ function Page() {
                         class="panel-body"
                         role="tabpanel"
                         aria-label={RIGHT[shownBeside][0]}
-                        inert={!!welcome.value && !online.value}
+                        inert={(!!welcome.value && !online.value) || (past.value && second.value !== "program")}
                     >
                         <Second />
                     </div>

@@ -41,6 +41,7 @@ import { marks, putCoverage, putValues } from "./marks";
 import { searchPanel } from "./search";
 import { languageServer, lspExtension } from "./server";
 import { theme } from "./theme";
+import { who } from "./who";
 
 const fromOutside = Annotation.define<boolean>();
 /** Where the language server comes into a view, whenever it comes: text, undo history and cursor stay. */
@@ -87,6 +88,7 @@ function extensions(document: TextDocument): Extension {
         highlightActiveLineGutter(),
         autocompletion({ icons: false }),
         tmcl(tables.value),
+        who(),
         language.of([]),
         Prec.high(
             keymap.of([

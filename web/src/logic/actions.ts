@@ -21,6 +21,8 @@ import {
     type PageName,
 } from "./documents";
 import { layout, lowerPanel, palette, right, showBottom, showRight, theme } from "./layout";
+import { past } from "./past";
+import { PAST_ACTIONS } from "./past_actions";
 import type { ControlProgram } from "../wire";
 
 export interface Action {
@@ -39,8 +41,8 @@ export interface Action {
 
 const control = (action: ControlProgram["action"]) => () => ask({ call: "control_program", action });
 const idle = (): boolean => online.value && opened.value && !busy.value;
-/** The program may go on, and with it motors. */
-const free = (): boolean => idle() && ready.value;
+/** The program may go on, and with it motors; along the past nothing moves. */
+const free = (): boolean => idle() && (ready.value || past.value);
 
 /** What F9 does: go on when the program is held or stopped in the middle, else start it. */
 const runOrContinue = () => (held.value ? go("continue") : run());
@@ -52,7 +54,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["F9"],
         icon: "play",
-        enabled: free,
+        enabled: () => free() && !past.value,
         hint: "Assemble, download and run from the start; goes on when held at a breakpoint",
         run: runOrContinue,
     },
@@ -62,7 +64,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["Ctrl+F2"],
         icon: "stop",
-        enabled: () => online.value,
+        enabled: () => online.value && !past.value,
         hint: "Stop the program; motors go on as they are",
         run: control("stop"),
     },
@@ -116,13 +118,14 @@ export const ACTIONS: Action[] = [
         hint: "Go on until the CSUB has returned",
         run: () => go("stepOut"),
     },
+    ...PAST_ACTIONS,
     {
         id: "reset",
         title: "Reset",
         group: "Program",
         keys: ["Ctrl+Shift+F2"],
         icon: "reset",
-        enabled: () => online.value,
+        enabled: () => online.value && !past.value,
         hint: "Stop, and go back to the first instruction",
         run: control("reset"),
     },
@@ -151,7 +154,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["F6"],
         icon: "download",
-        enabled: idle,
+        enabled: () => idle() && !past.value,
         hint: "Store the program in the module without starting it",
         run: () => download(false),
     },
@@ -160,7 +163,7 @@ export const ACTIONS: Action[] = [
         title: "Upload and disassemble",
         group: "Program",
         icon: "upload",
-        enabled: idle,
+        enabled: () => idle() && !past.value,
         hint: "Read the module's program memory into a new page",
         run: upload,
     },

@@ -60,7 +60,15 @@ export const reachable = computed(
     () => online.value && link.value.up && (!told.value || (powered.value && plugged.value)),
 );
 export const can = computed(
-    () => welcome.value?.ability ?? { bench: false, debug: false, peek: false, language_server: false },
+    () =>
+        welcome.value?.ability ?? {
+            bench: false,
+            debug: false,
+            peek: false,
+            language_server: false,
+            history: false,
+            irreversible: "",
+        },
 );
 export const tables = computed(() => welcome.value!.tables);
 
@@ -256,10 +264,14 @@ export async function ask<C extends Call>(call: C): Promise<Results[C["call"]] |
     } catch (error) {
         if (!(error instanceof RefusedError)) throw error;
         if (error.code === "confirm") return (await sure(error.message)) ? ask({ ...call, sure: true }) : null;
+        const refused = refusals[error.code];
+        if (refused) return (await refused(error.message)) ? ask(call) : null;
         notify("error", error.message, undefined, error.code);
         return null;
     }
 }
+/** What is done about a refusal, by its code; true where the call is to be made again. */
+export const refusals: Record<string, (text: string) => Promise<boolean>> = {};
 
 export interface Command {
     number: number;

@@ -79,6 +79,7 @@ function take(message: Dap.ProtocolMessage): void {
 const takers: Record<string, (body: never) => void> = {
     stopped: (body: Dap.StoppedEvent["body"]) => {
         stopReason.value = body.reason;
+        if (body.reason === "entry" && body.text) notify("information", `${sentence(body.text)}.`, undefined, "who");
         if (body.reason === "exception") notify("warning", `Held: ${body.text ?? ""}`);
     },
     // Log points may be passed often: they have one notice, and their lines are in the list of messages.
@@ -175,8 +176,12 @@ async function attempt<R extends Dap.Response>(command: string, args: object = {
     }
 }
 
-export const go = (command: "continue" | "pause" | "next" | "stepIn" | "stepOut"): Promise<unknown> =>
-    attempt(command, { threadId: 1 });
+/** What the debug console answers; null where it refuses. */
+export const tell = async (expression: string): Promise<string | null> =>
+    (await attempt<Dap.EvaluateResponse>("evaluate", { expression, context: "repl" }))?.result ?? null;
+
+type Going = "continue" | "pause" | "next" | "stepIn" | "stepOut" | "stepBack" | "reverseContinue";
+export const go = (command: Going): Promise<unknown> => attempt(command, { threadId: 1 });
 
 /** The open routines, the innermost first. */
 export async function readStack(): Promise<Frame[]> {

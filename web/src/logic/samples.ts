@@ -28,12 +28,18 @@ export class Samples {
 
     add(row: ArrayLike<number>): void {
         const last = this.length ? this.time(this.length - 1) : -Infinity;
-        if (row[0]! < last) this.clear();
+        if (row[0]! < last) this.goBack(row[0]!);
         const at = (this.start + this.length) % this.capacity;
         for (let n = 0; n < this.width; n++) this.columns[n]![at] = row[n] ?? NaN;
         if (this.length < this.capacity) this.length++;
         else this.start = (this.start + 1) % this.capacity;
         this.version++;
+    }
+
+    /** The module went on from a past moment: what came after that has not happened. */
+    private goBack(time: number): void {
+        this.length = this.find(time);
+        this.marks.splice(0, this.marks.length, ...this.marks.filter(mark => mark.time <= time));
     }
 
     mark(mark: Mark): void {

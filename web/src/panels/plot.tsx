@@ -2,7 +2,8 @@
 import { useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { shownTheme } from "../logic/actions";
-import { COUNTER_COLUMN, OUTPUT_COLUMN, samples, setWatches, watches, welcome } from "../logic/app";
+import { COUNTER_COLUMN, clockSeconds, OUTPUT_COLUMN, samples, setWatches, watches, welcome } from "../logic/app";
+import { past } from "../logic/past";
 import { toCsv, toVcd, type Curve } from "../logic/export";
 import { Choice, Empty, Menu, offer } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
@@ -23,6 +24,7 @@ import {
 } from "./plot/curves";
 import { Legend, Readout } from "./plot/legend";
 import { MoreCurves } from "./plot/more";
+import { Scrubber } from "./plot/scrubber";
 import { picture } from "./plot/picture";
 import { TriggerMenu, fired } from "./plot/trigger";
 
@@ -120,7 +122,7 @@ export function Plot() {
                 const reading = cursor.peek();
                 pins.value = pins.peek().length > 1 || !reading ? [] : [...pins.peek(), reading];
             },
-            pinned: () => pins.peek().map(({ time }) => time),
+            pinned: () => [...pins.peek().map(({ time }) => time), ...(past.peek() ? [clockSeconds.peek()] : [])],
         });
         chart.current = made;
         return () => {
@@ -129,7 +131,7 @@ export function Plot() {
         };
     }, [curves.value]);
     useSignalEffect(() => {
-        void span.value;
+        void [span.value, past.value && clockSeconds.value];
         redraw();
     });
     useSignalEffect(() => {
@@ -213,6 +215,7 @@ export function Plot() {
                     Choose what to plot above.
                 </Empty>
             )}
+            <Scrubber />
         </div>
     );
 }

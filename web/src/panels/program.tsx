@@ -84,6 +84,8 @@ export function Program() {
                 <ActionButton id="step" />
                 <ActionButton id="step_over" />
                 <ActionButton id="step_out" />
+                <ActionButton id="step_back" />
+                <ActionButton id="reverse" />
                 <ActionButton id="stop" />
                 <ActionButton id="reset" />
                 <ActionButton id="follow" />

@@ -1,0 +1,84 @@
+"""Time travel in the page, by clicks and keys alone."""
+
+from __future__ import annotations
+
+import re
+
+from playwright.sync_api import Page, expect
+
+from debug.debuggees import CRASH, CULPRIT, PLANTED
+from ide.page.driver import OpenIde, until
+
+
+def strip(page: Page):
+    """What says that a past moment is shown."""
+    return page.locator(".past-strip")
+
+
+def executed(page: Page):
+    return page.locator(".cm-line.execution")
+
+
+def crashed(open_ide: OpenIde, tmp_path) -> Page:
+    """The program with the planted bug, held where it has crashed."""
+    (tmp_path / "program.tmc").write_text(PLANTED)
+    page, _ = open_ide()
+    page.get_by_role("combobox", name="Speed of time").select_option("10")
+    page.locator(".breakpoints .cm-gutterElement").nth(CRASH).click()
+    expect(page.locator(".cm-gutters .breakpoint:visible")).to_have_count(1)
+    page.get_by_role("button", name="Run", exact=True).first.click()
+    expect(executed(page)).to_contain_text("Crash:")
+    expect(page.locator(".status-bar")).to_contain_text("held")
+    return page
+
+
+def test_a_planted_bug_is_found_by_asking_who_wrote_this(open_ide: OpenIde, tmp_path) -> None:
+    page = crashed(open_ide, tmp_path)
+    page.locator(".cm-line", has_text="MVP   COORD").get_by_text("MVP").hover()
+    page.get_by_role("button", name="Who wrote co[5][0]?").click()
+    expect(strip(page)).to_contain_text("PAST")
+    expect(executed(page)).to_contain_text("SCO   5, 0, 900")
+    expect(page.locator(".notices")).to_contain_text(f"line {CULPRIT}: SCO 5, 0, 900 (200 → 900)")
+    page.get_by_role("button", name="Step back", exact=True).first.click()
+    expect(executed(page)).to_contain_text("Clean:")
+    page.get_by_role("button", name="Back to the present").click()
+    expect(strip(page)).to_have_count(0)
+    expect(executed(page)).to_contain_text("Crash:")
+
+
+def test_the_scrubber_shows_past_moments_and_a_branch_begins_there(open_ide: OpenIde, tmp_path) -> None:
+    page = crashed(open_ide, tmp_path)
+    moment = page.get_by_role("slider", name="Moment")
+    box = moment.bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + box["width"] * 0.9, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * 0.3, box["y"] + box["height"] / 2, steps=10)
+    expect(strip(page)).to_contain_text("nothing here acts")
+    first = page.locator(".scrubber output").inner_text()
+    page.mouse.move(box["x"] + box["width"] * 0.1, box["y"] + box["height"] / 2, steps=5)
+    page.mouse.up()
+    until(page, lambda: page.locator(".scrubber output").inner_text() < first)
+    expect(page.locator(".shell")).to_have_class(re.compile(r"\bpast\b"))
+    expect(page.get_by_role("button", name="Run", exact=True).first).to_be_disabled()
+    page.get_by_role("button", name="Hold time").click()
+    question = page.get_by_role("dialog", name="A past moment is shown")
+    question.get_by_role("button", name="Go on from here").click()
+    expect(strip(page)).to_have_count(0)
+    expect(page.get_by_role("combobox", name="Branch")).to_contain_text("branch 1")
+    expect(page.locator(".status-bar")).to_contain_text(re.compile(r"history \d+\.\d of 64 MiB"))
+    page.get_by_role("combobox", name="Branch").select_option("0")
+    expect(strip(page)).to_contain_text("branch 0")
+    page.keyboard.press("Alt+F2")
+    expect(strip(page)).to_have_count(0)
+
+
+def test_going_back_without_a_place_to_hold_ends_at_the_beginning_and_says_so(
+    open_ide: OpenIde, tmp_path
+) -> None:
+    page = crashed(open_ide, tmp_path)
+    page.locator(".breakpoints .cm-gutterElement").nth(CRASH).click()
+    expect(page.locator(".cm-gutters .breakpoint:visible")).to_have_count(0)
+    page.keyboard.press("Alt+F9")
+    expect(page.locator(".notices")).to_contain_text("The beginning of the history")
+    expect(page.locator(".scrubber output")).to_have_text("0.000 s")

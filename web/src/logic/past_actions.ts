@@ -1,0 +1,59 @@
+// Actions along the history of a virtual module: rows of ACTIONS.
+import type { Action } from "./actions";
+import { can, online, running } from "./app";
+import { go } from "./debugger";
+import { askText } from "./prompt";
+import { goOn, leave, past, whoWrote } from "./past";
+
+const back = (): boolean => online.value && can.value.history && !running.value;
+
+async function ask(): Promise<void> {
+    const value = await askText("Who wrote this?", "Value", "gp[3]", "Find the last write");
+    if (value) await whoWrote(value);
+}
+
+export const PAST_ACTIONS: Action[] = [
+    {
+        id: "step_back",
+        title: "Step back",
+        group: "Program",
+        keys: ["Alt+F7"],
+        icon: "step-back",
+        enabled: back,
+        hint: "Show the moment before the last command; a CSUB with all that it called counts as one",
+        run: () => go("stepBack"),
+    },
+    {
+        id: "reverse",
+        title: "Reverse",
+        group: "Program",
+        keys: ["Alt+F9"],
+        icon: "reverse",
+        enabled: back,
+        hint: "Show where a breakpoint would have held last, or the beginning of the history",
+        run: () => go("reverseContinue"),
+    },
+    {
+        id: "live",
+        title: "Back to the present",
+        group: "Program",
+        keys: ["Alt+F2"],
+        enabled: () => past.value,
+        run: leave,
+    },
+    {
+        id: "go_on",
+        title: "Go on from the past moment",
+        group: "Program",
+        enabled: () => past.value,
+        run: () => goOn(false),
+    },
+    {
+        id: "who_wrote",
+        title: "Who wrote a value?",
+        group: "Program",
+        keys: ["Alt+F8"],
+        enabled: back,
+        run: ask,
+    },
+];

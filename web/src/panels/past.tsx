@@ -1,0 +1,40 @@
+// What says that a past moment is shown, with the ways out; how much memory the history has.
+import { can, shownSeconds } from "../logic/app";
+import { branch, end, goOn, hertz, history, leave, past } from "../logic/past";
+import { Icon } from "../widgets/icons";
+
+export function PastStrip() {
+    if (!past.value) return null;
+    const number = branch.value?.number ?? 0;
+    const left = number !== history.value?.present;
+    return (
+        <div class="banner past-strip" role="status">
+            <Icon name="undo" />
+            <span>
+                <b>PAST</b> {shownSeconds.value.toFixed(3)} s of {(end.value / hertz()).toFixed(3)} s
+                {left ? `, branch ${number}` : ""}. Time stands still; nothing here acts.
+            </span>
+            <button title="Begin a new branch at this moment" onClick={() => void goOn(false)}>
+                Go on from here
+            </button>
+            <button class="primary" title="Alt+F2" onClick={() => void leave()}>
+                Back to the present
+            </button>
+        </div>
+    );
+}
+
+const MIB = 1 << 20;
+
+export function HistoryMemory() {
+    const shape = history.value;
+    if (!can.value.history || !shape) return null;
+    const branches = shape.branches.length;
+    return (
+        <span
+            title={`Memory of the history${branches > 1 ? `, ${branches} branches` : ""}: the oldest past is given up first`}
+        >
+            history {(shape.memory / MIB).toFixed(1)} of {shape.limit / MIB} MiB
+        </span>
+    );
+}
