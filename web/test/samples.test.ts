@@ -23,11 +23,19 @@ test("a sample is found by its time", () => {
     assert.equal(samples.find(99), 10);
 });
 
-test("time that goes back begins anew", () => {
+test("where time goes back, what came after that has not happened", () => {
     const samples = filled(5, 10);
+    samples.mark({ time: 0.02, text: "run", motor: -1, kind: "program" });
+    samples.mark({ time: 0.3, text: "stop", motor: -1, kind: "program" });
     samples.add([0.05, 7]);
+    assert.equal(samples.length, 2);
+    assert.equal(samples.value(1, 1), 7);
+    assert.deepEqual(
+        samples.marks.map(({ text }) => text),
+        ["run"],
+    );
+    samples.add([-1, 8]);
     assert.equal(samples.length, 1);
-    assert.equal(samples.value(1, 0), 7);
 });
 
 test("a stretch is thinned to the last of each few rows", () => {

@@ -32,7 +32,7 @@ LIMIT: Final = 64 << 20
 """Default memory of a history [bytes]."""
 DENSE_EVENTS: Final = 500
 """Events and inputs from one snapshot to the next, as they are taken."""
-DENSE_CLOCKS: Final = 60 * HZ
+DENSE_CLOCKS: Final = 30 * HZ
 """Longest virtual time from one snapshot to the next while anything happens."""
 SPARE: Final = 0.05
 """Part of the limit that is freed when it is reached."""

@@ -2,7 +2,7 @@
 
 While a past moment is shown, virtual time stands still: hosts on other lines reach the module of the present, whose
 clock does not move.  Going on from a past moment begins a new branch, with all lines as they are
-(docs/decisions/0014).
+(docs/decisions/0015).
 """
 
 from __future__ import annotations
