@@ -13,6 +13,7 @@ import {
     rpm,
     short,
     turns,
+    typed,
     velocityOfRpm,
     type Scale,
 } from "../src/logic/units";
@@ -77,4 +78,13 @@ test("values are physical by the kind of their parameter", () => {
 test("a way is what a turn moves, from a place on", () => {
     const stage = { ...scale, way: { unit: "mm", turn: -5 } };
     assert.equal(placeText(stage, 12800, 60), "55.00 mm");
+});
+
+test("a value may be typed in physical units, each as large as it is shown", () => {
+    const s = { ...scale, max_current_ma: 1100 };
+    assert.equal(Math.round(143 * typed("speed", "velocity units", s).rpm!), 1000);
+    assert.equal(typed("position", "microsteps", s).turns, 12800);
+    assert.equal(typed("time", "10 ms", s).s, 100);
+    assert.equal(typed("current", "1/255 of the module's maximum", s).ma, 255 / 1100);
+    assert.deepEqual(typed("flag", "", s), {});
 });

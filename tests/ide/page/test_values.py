@@ -98,6 +98,12 @@ def test_parameters_stand_in_groups_with_their_values_in_physical_units(page: Pa
     divisor.fill("4")
     divisor.press("Enter")
     expect(row.locator(".physical")).to_have_text(["143 rpm", "71.5 rpm", "143 rpm"])
+    speed = page.get_by_role("textbox", name="maximum positioning speed of motor 0")
+    speed.fill("71,5 rpm")
+    expect(speed).to_have_attribute("title", re.compile("it is 500$"))
+    speed.press("Enter")
+    expect(speed).to_have_value("500")
+    expect(row.locator(".physical").first).to_have_text("71.5 rpm")
 
 
 def test_every_other_parameter_view_opens(page: Page):

@@ -1,7 +1,8 @@
 // The scale of each motor's units, from its parameters as last read, and what numbers are in physical units.
 import type { Parameter } from "../wire";
+import type { Units } from "./text";
 import { axisParameter, figures, tables, welcome, world } from "./app";
-import { physical, placeText, type Scale } from "./units";
+import { physical, placeText, typed, type Scale } from "./units";
 
 /** Of a turn of the usual motor, 1.8 degrees. */
 export const FULLSTEPS = 200;
@@ -41,6 +42,9 @@ export function placeOf(motor: number, usteps: number): string {
     if (!scale.way) return placeText(scale, usteps);
     return placeText(scale, usteps - position, place);
 }
+
+/** Units in which a value of a parameter may be typed, and how much one of each is. */
+export const unitsOf = (row: Parameter, motor: number): Units => typed(row.kind, row.unit, scaleOf(motor));
 
 /** A parameter's value in physical units; empty where it has none. */
 export const physicalOf = (row: Parameter, motor: number, value: number): string =>

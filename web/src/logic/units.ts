@@ -79,6 +79,25 @@ export function physical(kind: string, unit: string, value: number, s: Scale): s
     }
 }
 
+/** Units in which a value of a parameter may be typed, and how much one of each is. */
+export function typed(kind: string, unit: string, s: Scale): Record<string, number> {
+    const turn = ustepsPerTurn(s);
+    switch (kind) {
+        case "position":
+            return unit === "microsteps" ? { turns: turn, turn, "\u00b0": turn / 360 } : {};
+        case "speed":
+            return { rpm: 1 / rpm(s, 1) };
+        case "current":
+            return s.max_current_ma
+                ? { ma: FULL_CURRENT / s.max_current_ma, a: (1000 * FULL_CURRENT) / s.max_current_ma }
+                : {};
+        case "time":
+            return unit === "10 ms" ? { ms: 0.1, s: 100 } : { ms: 1, s: 1000 };
+        default:
+            return {};
+    }
+}
+
 const RAISED = "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079";
 const power = (exponent: number): string => `2${[...String(exponent)].map(digit => RAISED[Number(digit)]).join("")}`;
 /** From which on a range that is a power of two is written as one. */

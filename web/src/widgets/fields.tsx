@@ -16,10 +16,12 @@ const grouped = (value: number): string =>
     String(value)
         .replace("-", "\u2212")
         .replace(/\B(?=(\d{3})+(?!\d))/g, "\u2009");
-const rangeText = ({ low, high }: Limits): string =>
-    low === undefined || high === undefined
-        ? "A number, please"
-        : `A number from ${grouped(low)} to ${grouped(high)}, please`;
+const rangeText = ({ low, high, units = {} }: Limits): string => {
+    const words = Object.keys(units);
+    const range = low === undefined || high === undefined ? "" : ` from ${grouped(low)} to ${grouped(high)}`;
+    return `A number${range}${words.length ? `, or so many ${words.join(", ")}` : ""}, please`;
+};
+const UNSENT = "Not sent yet: Enter sends, Esc drops";
 
 /** The number that a text is, within its limits; null for none. */
 export function readWithin(text: string, limits: Limits): number | null {
@@ -116,7 +118,11 @@ export function NumberField(props: Common & { value: number | string; onCommit: 
                 aria-label={props.label}
                 aria-invalid={wrong}
                 title={
-                    wrong ? rangeText(props) : draft.value === null ? undefined : "Not sent yet: Enter sends, Esc drops"
+                    wrong
+                        ? rangeText(props)
+                        : draft.value === null
+                          ? undefined
+                          : `${UNSENT}${draft.value === String(value) ? "" : `; it is ${grouped(value!)}`}`
                 }
                 disabled={props.disabled}
                 onInput={event =>
@@ -159,11 +165,7 @@ export function SelectField(props: {
                 aria-label={props.label}
                 value={String(shown)}
                 disabled={props.disabled}
-                title={
-                    draft.value === null
-                        ? props.choices.find(choice => choice.value === shown)?.text
-                        : "Not sent yet: Enter sends, Esc drops"
-                }
+                title={draft.value === null ? props.choices.find(choice => choice.value === shown)?.text : UNSENT}
                 onChange={event => {
                     const next = Number(event.currentTarget.value);
                     draft.value = next === props.value ? null : next;

@@ -14,7 +14,7 @@ import {
     welcome,
 } from "../../logic/app";
 import { choose } from "../../logic/confirm";
-import { placeOf, scaleOf } from "../../logic/scales";
+import { placeOf, scaleOf, unitsOf } from "../../logic/scales";
 import { FULL_CURRENT, grouped, rate, rpm, short } from "../../logic/units";
 import { Lamp } from "../../widgets/basics";
 import { Dial } from "../../widgets/dial";
@@ -183,6 +183,7 @@ function Footer({ motor }: { motor: number }) {
             <StrideChoice motor={motor} />
             <LocalNumber
                 class="speed"
+                units={unitsOf(speed, motor)}
                 value={jogSpeed.value[motor]!}
                 low={speed.low}
                 high={speed.high}
@@ -211,6 +212,7 @@ function Footer({ motor }: { motor: number }) {
             </button>
             <LocalNumber
                 class="to"
+                units={unitsOf(place, motor)}
                 value={moveTo.value[motor]!}
                 low={place.low}
                 high={place.high}

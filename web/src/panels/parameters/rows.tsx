@@ -1,7 +1,7 @@
 // The cells of the tables of parameters.
 import { ask, online, send, tables } from "../../logic/app";
 import { axisValue, keyOf, refresh, touched } from "../../logic/parameters";
-import { physicalOf } from "../../logic/scales";
+import { physicalOf, unitsOf } from "../../logic/scales";
 import { rangeText } from "../../logic/units";
 import { Menu } from "../../widgets/basics";
 import { NumberField, SelectField } from "../../widgets/fields";
@@ -45,6 +45,7 @@ export function Cell({ row, motor, value }: { row: Parameter; motor: number; val
                 />
             ) : (
                 <NumberField
+                    units={row.bank === -1 ? unitsOf(row, motor) : undefined}
                     value={value}
                     low={row.low}
                     high={row.high}
