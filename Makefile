@@ -45,7 +45,7 @@ soak: $(VENV)/.test
 	SOAK_KILLS=1000 SOAK_ROUNDS=50000 $(BIN)/pytest tests/server/test_store.py tests/server/test_hostile.py
 
 bench: $(VENV)/.test
-	for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
+	status=0; for script in benchmarks/bench_*.py; do $(BIN)/python $$script || { status=1; echo "$$script: MISSED"; }; done; exit $$status
 
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed" if sys.version_info < (3, 11) else 0)'

@@ -6,12 +6,14 @@ counts, wraps, waits or can be interrupted in it.  Both take turns; the ratio is
 Times are those of the processor, so that other work on the machine does not count.
 
 Must reach: 3 million register commands a second, that is 0.4 of the dispatch loop; an hour of the manual's 5.2
-program at 1,000 times real time.
+program at 10,000 times real time on the compiled core, 1,000 in Python; the manual's joystick at 1,000.
 """
 
 import statistics
 import sys
 import time
+
+from core import NAME, mark
 
 from tmcm34x.bench import simple_rig
 from tmcm34x.clock import HZ, run_until
@@ -44,6 +46,15 @@ Loop:   MVP ABS, 2, 10000
         MVP ABS, 2, -10000
         WAIT POS, 2, 0
         JA Loop
+"""
+
+MOVING = """
+        SAP 4, 0, 100
+        MVP ABS, 0, 8000000
+Loop:   GAP 1, 0
+        COMP 7000000
+        JC LT, Loop
+        STOP
 """
 
 JOYSTICK = """
@@ -133,8 +144,9 @@ def main():
     turns = [(dispatch_loop(COMMANDS), interpreter(COMMANDS)) for _ in range(TURNS)]
     ratio = statistics.median(loop / module for loop, module in turns)
     rate = COMMANDS / statistics.median(module for _, module in turns)
-    hour = real_time(MANUAL_5_2, 3600)
-    print("stand-alone programs")
+    hour = max(real_time(MANUAL_5_2, 3600) for _ in range(3))
+    least, joystick = mark(10_000, 1000), real_time(JOYSTICK, 10)
+    print(f"stand-alone programs, core: {NAME}")
     print(f"register loop          {rate / 1e6:8.1f} million commands/s, {ratio:.2f} of a bare dispatch loop")
     slower = min(interpreter(COMMANDS, frozenset({5})) for _ in range(TURNS)) / min(own for _, own in turns)
     print(f"  with a breakpoint    {slower:8.1f} times the time, met once in 80,000 commands")
@@ -144,10 +156,11 @@ def main():
     print(f"  with coverage        {counted:8.2f} of the speed without")
     print(f"manual 5.2, one hour   {hour:8.0f} times real time")
     print(f"polling an input       {real_time(POLLING, 3600):8.0f} times real time")
-    print(f"joystick, manual AAP   {real_time(JOYSTICK, 10):8.0f} times real time")
-    reached = ratio >= 0.4 and hour >= 1000 and counted > 0.5
+    print(f"polling a position     {real_time(MOVING, 3):8.0f} times real time, while it changes")
+    print(f"joystick, manual AAP   {joystick:8.0f} times real time")
+    reached = ratio >= 0.4 and hour >= least and counted > 0.5 and joystick >= 1000
     print(
-        "must: ratio at least 0.4, with coverage more than 0.5, manual 5.2 at least 1000:",
+        f"must: ratio at least 0.4, with coverage more than 0.5, manual 5.2 at least {least:.0f}, joystick 1000:",
         "reached" if reached else "MISSED",
     )
     return 0 if reached else 1

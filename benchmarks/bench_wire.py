@@ -4,8 +4,8 @@ The client sends nine bytes and waits for nine.  The echo is the thinnest that a
 callback on the pseudo terminal, a `Protocol` on the socket.  Echo and module take turns, so that both see
 the same machine; the ratio is the median of the turns.
 
-Must reach: 0.75 of the echo's round trips; 99th percentile under 1 ms while three axes move.  With a memory file:
-0.95 of the round trips without one for commands that store nothing, and 2,000 stores a second.
+Must reach: 0.95 of the echo's round trips on the compiled core, 0.85 in Python; 99th percentile under 1 ms.  With a
+memory file: 0.95 of the round trips without one for commands that store nothing, and 2,000 stores a second.
 """
 
 import os
@@ -17,8 +17,12 @@ import sys
 import tempfile
 import time
 
+from core import NAME, mark
+
 from tmcm34x.tmcl.datagram import Instruction, pack_request
 
+LEAST = mark(0.95, 0.85)
+"""Of the echo's round trips."""
 TURNS = 25
 TURN_S = 0.12
 SERVE = [sys.executable, "-m", "tmcm34x", "serve"]
@@ -98,7 +102,7 @@ def measure(kind: str, echo: Peer, module: Peer, telegram: bytes, prepare: bytes
     ratio, rate = statistics.median(ratios), statistics.median(rates)
     state = "moving" if prepare else "at rest"
     print(f"{kind:4} {state:8} {rate:9.0f} {rate * ratio:9.0f} {ratio:6.2f} {p50:8.0f} {p99:8.0f}")
-    return ratio >= 0.75 and p99 < 1000
+    return ratio >= LEAST and p99 < 1000
 
 
 def measure_memory() -> bool:
@@ -132,7 +136,7 @@ def main() -> int:
         for motor in range(3)
         for number, value in ((5, 0), (4, 1_000_000 * (motor + 1)))
     )
-    print("round trips of nine bytes")
+    print(f"round trips of nine bytes, core: {NAME}")
     print(f"{'link':4} {'axes':8} {'echo/s':>9} {'module/s':>9} {'ratio':>6} {'p50 us':>8} {'p99 us':>8}")
     reached = True
     for kind, option in (("pty", ["--pty"]), ("tcp", ["--tcp", "0"])):
@@ -144,7 +148,7 @@ def main() -> int:
             echo.stop()
             module.stop()
     reached &= measure_memory()
-    print("must: ratio at least 0.75, p99 under 1000 us:", "reached" if reached else "MISSED")
+    print(f"must: ratio at least {LEAST}, p99 under 1000 us:", "reached" if reached else "MISSED")
     return 0 if reached else 1
 
 
