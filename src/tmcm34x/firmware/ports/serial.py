@@ -147,7 +147,11 @@ class SerialPort:
         if module.heartbeat:
             supervision.heard(module)
         if number < _FIRST_CONTROL and not program.state and not program.downloading:
-            status, value = execute(module, number, type_, motor, value)
+            handler, motor_high, _, ranges = module.entries[number]
+            if ranges is None and motor <= motor_high:
+                status, value = handler(module, type_, motor, value)
+            else:
+                status, value = execute(module, number, type_, motor, value)
             self._answer(status, number, value)
         else:
             module.command(self, Instruction(number, type_, motor, value), SIZE)
@@ -168,8 +172,14 @@ class SerialPort:
     # What the module sends
 
     def _answer(self, status: int, number: int, value: int) -> None:
-        body = REPLY_BODY.pack(*self._reply_address, status, number, value)
-        self.transmit(body + _BYTES[sum(body) & 0xFF])
+        module = self.module
+        host, address = self._reply_address
+        body = REPLY_BODY.pack(host, address, status, number, value)
+        data = body + _BYTES[sum(body) & 0xFF]
+        if module.silent or module.pause or module.outbox or module.observers:
+            self.transmit(data)
+        else:
+            self.send(data)
 
     def answer(self, status: int, number: int, value: int, _size: int) -> None:
         """Send a reply in the normal form."""
