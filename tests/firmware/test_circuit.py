@@ -59,12 +59,12 @@ def module_on(kind, model=343):
 
 
 def board_members(source):
-    """What a file of the firmware asks of a board: attributes of `board` and of `X.board`."""
+    """What a file of the firmware asks of a board: attributes of `board`, `circuit` and `X.circuit`."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Attribute):
             owner = node.value
             name = getattr(owner, "attr", getattr(owner, "id", ""))
-            if name in {"board", "_board"}:
+            if name in {"board", "circuit"}:
                 yield node.attr
 
 

@@ -78,7 +78,7 @@ class BootLoader:
     __slots__ = ("active", "buffer", "length", "memory", "model", "version", "whole")
 
     def __init__(self, core: ModuleState) -> None:
-        self.model = core.board.model.number
+        self.model = core.circuit.model.number
         self.version = f"{self.model}B1.00"
         self.active = False
         self.memory = bytearray()
@@ -211,7 +211,7 @@ def _answer_version(core: ModuleState, port: Port, instruction: Instruction, siz
     if instruction.type == 0:
         port.answer_text(_of(core).version.encode("ascii"), size)
     else:
-        version = core.board.model.number << 16 | _BINARY_VERSION
+        version = core.circuit.model.number << 16 | _BINARY_VERSION
         port.answer(Status.OK, instruction.number, version, size)
 
 

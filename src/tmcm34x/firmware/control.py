@@ -70,7 +70,7 @@ def get_application_status(core: ModuleState, _type: int, _motor: int, _value: i
 
 def get_firmware_version(core: ModuleState, _type: int, _motor: int, _value: int) -> Result:
     """136: the binary version; ports answer type 0 with the string.  Source: manual 6.7.36; fidelity FW-81."""
-    return Status.OK, core.board.model.binary_version
+    return Status.OK, core.circuit.model.binary_version
 
 
 def restore_factory_settings(core: ModuleState, _type: int, _motor: int, value: int) -> Result:
@@ -134,7 +134,7 @@ def _answer_record(core: ModuleState, port: Port, instruction: Instruction, size
 def _answer_version(core: ModuleState, port: Port, instruction: Instruction, size: int) -> None:
     """136: type 0 is answered with eight characters and no checksum (manual 6.7.36)."""
     if instruction.type == VERSION_STRING:
-        port.answer_text(core.board.model.version.encode("ascii"), size)
+        port.answer_text(core.circuit.model.version.encode("ascii"), size)
     else:
         _answer_plainly(core, port, instruction, size)
 

@@ -79,7 +79,7 @@ def begin(core: ModuleState, axis: Axis) -> None:
     axis.moving = True
     axis.power_due = axis.free_due = NEVER
     set_current(core, axis, AP.MAX_CURRENT)
-    core.board.driver_enable(axis.motor, True)
+    core.circuit.driver_enable(axis.motor, True)
     plan_poll(core)
 
 
@@ -94,7 +94,7 @@ def end(core: ModuleState, axis: Axis, now: int) -> None:
 
 def plan_rest(core: ModuleState, axis: Axis) -> None:
     """Find the clocks of standby current (214) and freewheeling (204)."""
-    values, board = axis.values, core.board
+    values, board = axis.values, core.circuit
     if AP.POWER_DOWN_DELAY not in values:
         return
     since, soon = axis.rest_since, core.now + 1
@@ -111,7 +111,7 @@ def set_current(core: ModuleState, axis: Axis, parameter: int) -> None:
         return
     if _BOOST_CURRENT in axis.values and parameter == AP.MAX_CURRENT:
         current = _boosted(axis, current)
-    core.board.set_current(axis.motor, current)
+    core.circuit.set_current(axis.motor, current)
 
 
 def _boosted(axis: Axis, current: int) -> int:
@@ -171,4 +171,4 @@ def choose_pattern(core: ModuleState, axis: Axis) -> None:
     values = axis.values
     if AP.MIXED_DECAY_THRESHOLD in values:
         thresholds = values[AP.MIXED_DECAY_THRESHOLD], values[AP.FULLSTEP_THRESHOLD]
-        drivers.set_pattern(core.board, axis, abs(axis.read(V_ACTUAL)), *thresholds)
+        drivers.set_pattern(core.circuit, axis, abs(axis.read(V_ACTUAL)), *thresholds)

@@ -27,7 +27,7 @@ def peek(core: ModuleState, motor: int) -> int | None:
     """What `position` would give now, without a datagram; None where another device answers."""
     if not core.encoder_interface:
         return 0
-    device = core.board.spi_device(core.encoder_interface - 1)
+    device = core.circuit.spi_device(core.encoder_interface - 1)
     if device is None:
         return 0
     return signed24(device.preview(motor)) if isinstance(device, Tmc423) else None
@@ -46,4 +46,4 @@ def configure(core: ModuleState, motor: int, prescaler: int) -> None:
 
 
 def _exchange(core: ModuleState, data: int) -> int:
-    return core.board.spi_exchange(core.encoder_interface - 1, data, 4)
+    return core.circuit.spi_exchange(core.encoder_interface - 1, data, 4)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, SupportsIndex
+from typing import TYPE_CHECKING, Any, SupportsIndex, cast
 
 from tmcm34x import clock
 from tmcm34x.clock import NEVER
@@ -30,6 +30,7 @@ from tmcm34x.tmcl.numbers import GP
 
 if TYPE_CHECKING:
     from tmcm34x.board.board import Board
+    from tmcm34x.board.circuit import Circuit
     from tmcm34x.clock import Value
     from tmcm34x.firmware.roles import Port
     from tmcm34x.firmware.state import Result
@@ -50,7 +51,7 @@ class Module(ModuleState):
 
     def __init__(
         self,
-        board: Board,
+        board: Circuit,
         eeprom: Eeprom,
         *,
         seed: int = 0,
@@ -72,10 +73,15 @@ class Module(ModuleState):
         self.application = self.program
         board.on_pins.append(self._note_pins)
 
+    @property
+    def board(self) -> Board:
+        """The circuit, where it is a board with models of the chips, as on a bench."""
+        return cast("Board", self.circuit)
+
     def take_profile(self, profile: str) -> None:
         """Have the parameters of "standard" or "later" from now on; a module that is switched on restarts."""
         self.eeprom.take_profile(profile)
-        self.tables = tables(self.board.model.number, profile)
+        self.tables = tables(self.circuit.model.number, profile)
         if self.powered:
             self.reset()
 
@@ -162,14 +168,14 @@ class Module(ModuleState):
         """The next clock at which something besides the stand-alone program has an event."""
         if not self.powered:
             return NEVER
-        due = min(self.board.next_event(), self.due, self.pins_due)
+        due = min(self.circuit.next_event(), self.due, self.pins_due)
         return min(due, self.outbox[0].due) if self.outbox else due
 
     def advance(self, now: int) -> None:
         """Bring the module to clock `now`."""
-        board = self.board
-        chips = disturbed = board.next_event() <= now
-        board.advance(now)
+        circuit = self.circuit
+        chips = disturbed = circuit.next_event() <= now
+        circuit.advance(now)
         self.now = now
         if not self.powered:
             return
@@ -209,7 +215,7 @@ class Module(ModuleState):
     def save(self) -> Value:
         """All that the module remembers: firmware, board, EEPROM, program, boot loader."""
         return (
-            self.save_core(), self.board.save(), self.eeprom.to_bytes(), self.program.save(),
+            self.save_core(), self.circuit.save(), self.eeprom.to_bytes(), self.program.save(),
             None if self.boot is None else self.boot.save(),
         )  # fmt: skip
 
@@ -217,7 +223,7 @@ class Module(ModuleState):
         """Go back to what `save` of a module of the same description gave; listeners are not called."""
         core, board, eeprom, program, boot = value
         self.eeprom.restore(eeprom)
-        self.board.load(board)
+        self.circuit.load(board)
         self.load_core(core)
         self.program.load(program)
         if self.boot is not None and boot is not None:
@@ -234,7 +240,7 @@ class Module(ModuleState):
         """
         boot = None if self.boot is None else type(self.boot)
         ports = tuple([port.recipe() for port in self.ports])
-        parts = self.board, self.eeprom, self.instruction_clocks, boot, ports, self.user_functions
+        parts = self.circuit, self.eeprom, self.instruction_clocks, boot, ports, self.user_functions
         return _rebuilt, (parts, self.save())
 
 

@@ -25,19 +25,19 @@ _RFS_STATUS: Final = dict(RFS_TYPES)["STATUS"]
 
 
 def _load(core: ModuleState, motor: int) -> int | None:
-    return drivers.peek_load(core.board, motor)
+    return drivers.peek_load(core.circuit, motor)
 
 
 def _flags(core: ModuleState, motor: int) -> int | None:
-    return drivers.peek_flags(core.board, motor)
+    return drivers.peek_flags(core.circuit, motor)
 
 
 def _low_word(core: ModuleState) -> int:
-    return drivers.peek_datagram_words(core.board)[0]
+    return drivers.peek_datagram_words(core.circuit)[0]
 
 
 def _high_word(core: ModuleState) -> int:
-    return drivers.peek_datagram_words(core.board)[1]
+    return drivers.peek_datagram_words(core.circuit)[1]
 
 
 def _random(core: ModuleState) -> int:

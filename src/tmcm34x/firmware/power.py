@@ -72,17 +72,17 @@ def settle(core: ModuleState) -> None:
 
 
 def _forget(core: ModuleState) -> None:
-    core.board.reset()
+    core.circuit.reset()
     core.forget()
 
 
 def _start_chips(core: ModuleState) -> None:
     """Tell the motion chips what board they are on (fidelity FW-90)."""
-    model = core.board.model
-    drivers.write_cells(core.board, 0, core.eeprom.driver_chain + core.eeprom.microstep_table)
+    model = core.circuit.model
+    drivers.write_cells(core.circuit, 0, core.eeprom.driver_chain + core.eeprom.microstep_table)
     for chip in range(len(model.parts)):
-        core.board.transfer(chip, _SMGP.write(model.smgp))
-        core.board.transfer(chip, _IF_CONFIGURATION.write(model.if_configuration))
+        core.circuit.transfer(chip, _SMGP.write(model.smgp))
+        core.circuit.transfer(chip, _IF_CONFIGURATION.write(model.if_configuration))
 
 
 def _restore(core: ModuleState) -> None:

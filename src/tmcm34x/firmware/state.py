@@ -24,7 +24,7 @@ from tmcm34x.tmcl.numbers import GP
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.board.board import Board
+    from tmcm34x.board.circuit import Circuit
     from tmcm34x.clock import Value
     from tmcm34x.firmware.roles import Observer, Program
     from tmcm34x.firmware.storage import Eeprom
@@ -132,7 +132,7 @@ _PLAIN: Final = (
 
 
 class ModuleState:
-    """What the firmware of a module on `board` with `eeprom` works on; see the module.
+    """What the firmware of a module on `circuit` with `eeprom` works on; see the module.
 
     firmware: what each command number 0..255 does, and the commands that a port answers in a form of their own
     tables: how parameters are read and written
@@ -141,14 +141,14 @@ class ModuleState:
     """
 
     __slots__ = (
-        *_PLAIN, "answers", "application", "axes", "board", "boot", "coordinates", "eeprom", "entries", "firmware",
+        *_PLAIN, "answers", "application", "axes", "boot", "circuit", "coordinates", "eeprom", "entries", "firmware",
         "instruction_clocks", "observers", "on_power", "outbox", "ports", "requests", "tables", "user_functions",
         "user_parameters",
     )  # fmt: skip
 
     def __init__(
         self,
-        board: Board,
+        circuit: Circuit,
         eeprom: Eeprom,
         firmware: tuple[Sequence[Entry], Mapping[int, Answer]],
         tables: Tables,
@@ -156,9 +156,9 @@ class ModuleState:
         seed: int,
         instruction_clocks: int,
     ) -> None:
-        if eeprom.model != board.model.number:
-            raise EepromError(f"EEPROM image is of a TMCM-{eeprom.model}, not of a {board.model.name}")
-        self.board = board
+        if eeprom.model != circuit.model.number:
+            raise EepromError(f"EEPROM image is of a TMCM-{eeprom.model}, not of a {circuit.model.name}")
+        self.circuit = circuit
         self.eeprom = eeprom
         self.instruction_clocks = instruction_clocks
         self.firmware = firmware
@@ -176,9 +176,9 @@ class ModuleState:
         self.on_power: list[Callable[[], None]] = []
         """Called at the end of power-on."""
 
-        self.now = board.now
+        self.now = circuit.now
         self.powered = False
-        self.axes = tuple(Axis(board, motor) for motor in range(MOTORS))
+        self.axes = tuple(Axis(circuit, motor) for motor in range(MOTORS))
         self.coordinates: list[list[int]] = [[0] * COORDINATES for _ in range(MOTORS)]
         """Coordinates 0..20 in RAM, for each motor."""
         self.encoder_interface = 0

@@ -58,7 +58,7 @@ def _rest(core: ModuleState, axis: Axis, now: int) -> None:
         currents.set_current(core, axis, AP.STANDBY_CURRENT)
     if now >= axis.free_due:
         axis.free_due = NEVER
-        core.board.driver_enable(axis.motor, False)
+        core.circuit.driver_enable(axis.motor, False)
 
 
 def _look(core: ModuleState, now: int, axes: Sequence[Axis]) -> None:
@@ -145,7 +145,7 @@ def _check_stall(core: ModuleState, axis: Axis) -> None:
     threshold = axis.values.get(AP.STALL_THRESHOLD)
     if not threshold or not axis.read(V_ACTUAL) or axis.read(A_ACTUAL):
         return
-    if drivers.load(core.board, axis.motor) >= threshold:
+    if drivers.load(core.circuit, axis.motor) >= threshold:
         halt_motor(core, axis)
         _note_error(axis, STALLED)
         core.tell("stall", axis.motor)
@@ -186,7 +186,7 @@ def shutdown_changed(core: ModuleState) -> None:
 
 def _look_at_shutdown(core: ModuleState) -> None:
     function = core.eeprom.global_values[GP.SHUTDOWN_PIN]
-    active = bool(function) and core.board.shutdown_level() == (function == 1)
+    active = bool(function) and core.circuit.shutdown_level() == (function == 1)
     if active and not core.shut_down:
         core.application.raise_error("ESD")
         core.tell("shutdown", -1)

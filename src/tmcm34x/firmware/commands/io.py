@@ -20,17 +20,17 @@ OK: Final = Status.OK
 
 def do_sio(core: ModuleState, type_: int, bank: int, value: int) -> Result:
     """SIO: set digital outputs.  Source: manual 6.7.14."""
-    return io.set_output(core.board, type_, bank, value, core.application.accumulator), value
+    return io.set_output(core.circuit, type_, bank, value, core.application.accumulator), value
 
 
 def do_gio(core: ModuleState, type_: int, bank: int, _value: int) -> Result:
     """GIO: read a line.  Source: manual 6.7.15."""
-    return io.get_line(core.board, type_, bank)
+    return io.get_line(core.circuit, type_, bank)
 
 
 def do_sac(core: ModuleState, type_: int, size: int, value: int) -> Result:
     """SAC: exchange bytes with an external SPI device.  Source: manual 6.7.24."""
-    return io.exchange(core.board, type_, size, value, core.application.accumulator)
+    return io.exchange(core.circuit, type_, size, value, core.application.accumulator)
 
 
 def do_calc(core: ModuleState, type_: int, motor: int, value: int) -> Result:

@@ -70,11 +70,11 @@ def _read_acceleration(_core: ModuleState, axis: Axis, _number: int) -> int:
 
 
 def _read_load(core: ModuleState, axis: Axis, _number: int) -> int:
-    return drivers.load(core.board, axis.motor)
+    return drivers.load(core.circuit, axis.motor)
 
 
 def _read_flags(core: ModuleState, axis: Axis, _number: int) -> int:
-    return drivers.flags(core.board, axis.motor)
+    return drivers.flags(core.circuit, axis.motor)
 
 
 def _read_encoder(core: ModuleState, axis: Axis, _number: int) -> int:

@@ -43,7 +43,7 @@ _FIRST_CELLS: Final = {
 def _written_cover(core: ModuleState) -> int:
     """The cover register as it was written: the chip reads the position one higher."""
     register, position = FIELDS["COVER_POSITION"]
-    data = core.board.transfer(0, register.read()) & register.writable
+    data = core.circuit.transfer(0, register.read()) & register.writable
     return position.put(data, position.get(data) - 1)
 
 
@@ -54,36 +54,36 @@ def _read_cover(core: ModuleState, number: int) -> int:
 def _write_cover(core: ModuleState, number: int, value: int) -> Status:
     register, field = FIELDS[_COVER_FIELDS[number]]
     data = field.put(_written_cover(core), value)
-    for chip in range(len(core.board.model.parts)):
-        core.board.transfer(chip, register.write(data))
+    for chip in range(len(core.circuit.model.parts)):
+        core.circuit.transfer(chip, register.write(data))
     return OK
 
 
 def _read_whole(core: ModuleState, number: int) -> int:
-    return core.board.transfer(0, _WHOLE_REGISTERS[number].read()) & DATA
+    return core.circuit.transfer(0, _WHOLE_REGISTERS[number].read()) & DATA
 
 
 def _write_whole(core: ModuleState, number: int, value: int) -> Status:
-    for chip in range(len(core.board.model.parts)):
-        core.board.transfer(chip, _WHOLE_REGISTERS[number].write(value))
+    for chip in range(len(core.circuit.model.parts)):
+        core.circuit.transfer(chip, _WHOLE_REGISTERS[number].write(value))
     return OK
 
 
 def _read_cells(core: ModuleState, number: int) -> int:
-    return int.from_bytes(drivers.read_cells(core.board, _FIRST_CELLS[number], 4), "little")
+    return int.from_bytes(drivers.read_cells(core.circuit, _FIRST_CELLS[number], 4), "little")
 
 
 def _write_cells(core: ModuleState, number: int, value: int) -> Status:
-    drivers.write_cells(core.board, _FIRST_CELLS[number], (value & 0x3F3F3F3F).to_bytes(4, "little"))
+    drivers.write_cells(core.circuit, _FIRST_CELLS[number], (value & 0x3F3F3F3F).to_bytes(4, "little"))
     return OK
 
 
 def _read_low_word(core: ModuleState, _number: int) -> int:
-    return drivers.datagram_words(core.board)[0]
+    return drivers.datagram_words(core.circuit)[0]
 
 
 def _read_high_word(core: ModuleState, _number: int) -> int:
-    return drivers.datagram_words(core.board)[1]
+    return drivers.datagram_words(core.circuit)[1]
 
 
 def _read_switches(core: ModuleState, _number: int) -> int:
@@ -218,7 +218,7 @@ def store_global(core: ModuleState, number: int) -> Status:
     if number in _TABLES:
         if core.eeprom.locked:
             return Status.EEPROM_LOCKED
-        cells = drivers.read_cells(core.board, _TABLES[number], CELLS)
+        cells = drivers.read_cells(core.circuit, _TABLES[number], CELLS)
         if number == GP.MICROSTEP_TABLE_0:
             core.eeprom.set_microstep_table(cells)
         else:
@@ -232,5 +232,5 @@ def restore_global(core: ModuleState, number: int) -> Status:
         return Status.WRONG_TYPE
     if number in _TABLES:
         table = core.eeprom.microstep_table if number == GP.MICROSTEP_TABLE_0 else core.eeprom.driver_chain
-        drivers.write_cells(core.board, _TABLES[number], table)
+        drivers.write_cells(core.circuit, _TABLES[number], table)
     return OK

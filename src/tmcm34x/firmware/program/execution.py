@@ -70,7 +70,7 @@ class Execution:
         self._ahead = Ahead(self._machine)
         self._polling = Polling(module)
         self._pins_changed = False
-        module.board.on_pins.append(self._note_pins)
+        module.circuit.on_pins.append(self._note_pins)
 
     @property
     def active(self) -> bool:

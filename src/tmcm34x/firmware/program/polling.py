@@ -177,7 +177,7 @@ class Polling:
         if number == _RFS:
             return type_ == _RFS_STATUS
         if number == _GIO:
-            return motor != ANALOG_INPUTS or (type_ < INPUTS and self._module.board.steady(type_))
+            return motor != ANALOG_INPUTS or (type_ < INPUTS and self._module.circuit.steady(type_))
         return number in {_GCO, _SIO}
 
     def _written(self, number: int, type_: int, motor: int, value: int) -> bool:
@@ -206,15 +206,15 @@ class Polling:
         if self._takes_up(axis, now):
             return False
         speed = axis.read(V_ACTUAL)
-        if speed != axis.read(V_TARGET):
+        if (speed and parameter == _POSITION) or speed != axis.read(V_TARGET):
             return False
         if parameter == _ACCELERATION:
             return not axis.read(A_ACTUAL)
-        return parameter in _SPEEDS or (parameter == _POSITION and not speed)
+        return parameter in _SPEEDS or parameter == _POSITION
 
     def meet(self, instruction: Instruction, contents: Contents, executed: int, now: int) -> None:
         """A repeating command is about to be executed, with these contents of the registers."""
-        board = self._module.board
+        board = self._module.circuit
         horizon, anchor = board.next_event(), self._anchor
         self._outputs, self._found = board.outputs, None
         self._until = self._next_edge(instruction)
@@ -230,7 +230,7 @@ class Polling:
         anchor, found = self._anchor, self._found
         if anchor is None:
             return
-        if refused or self._until <= now or self._module.board.outputs != self._outputs:
+        if refused or self._until <= now or self._module.circuit.outputs != self._outputs:
             self._anchor = None
             return
         anchor.values.append(value)
@@ -243,5 +243,5 @@ class Polling:
         number, port, bank, _ = instruction
         if number != _GIO or bank != DIGITAL_INPUTS:
             return NEVER
-        board = self._module.board
+        board = self._module.circuit
         return board.next_edge(port) if port < INPUTS else min(map(board.next_edge, range(INPUTS)))

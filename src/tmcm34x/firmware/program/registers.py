@@ -79,11 +79,22 @@ class Registers:
             tuple(self.stack), tuple(self.variables),
         )  # fmt: skip
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy has the same contents."""
+        return _copied, (self.contents(),)
+
     def restore(self, contents: Contents) -> None:
         """Go back to a state that `contents` gave."""
         self.counter, self.accumulator, self.x, self.result, difference, self.errors = contents[:6]
         self.difference = NOT_COMPARED if difference is None else difference
         self.stack[:], self.variables[:] = contents[6:]
+
+
+def _copied(contents: Contents) -> Registers:
+    """Registers with these contents."""
+    registers = Registers([])
+    registers.restore(contents)
+    return registers
 
 
 def _plain(difference: float) -> float | None:
