@@ -261,6 +261,8 @@ def test_windows_over_the_page_keep_the_keyboard_and_escape_closes_them(page: Pa
 def test_arrow_keys_walk_along_tabs_and_menus(page: Page):
     page.get_by_role("tab", name="Axes").focus()
     page.keyboard.press("ArrowRight")
+    expect(page.get_by_role("tab", name="Machine")).to_be_focused()
+    page.keyboard.press("ArrowRight")
     expect(page.get_by_role("tab", name="Bench")).to_be_focused()
     expect(page.get_by_role("button", name=re.compile("^Power "))).to_be_visible()
     page.get_by_role("button", name="Export").click()

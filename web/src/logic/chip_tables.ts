@@ -10,10 +10,10 @@ const MASK = 0x3f;
 
 /** Signals of a chain cell by code (TMC429 datasheet 11.4.1). */
 export const SIGNALS: readonly string[] = [
-    ...[0, 1, 2, 3, 4, 5].map(bit => `DAC A bit ${bit}`),
+    ...[0, 1, 2, 3, 4, 5].map(bit => `DAC A ${bit}`),
     "phase A",
     "fast decay A",
-    ...[0, 1, 2, 3, 4, 5].map(bit => `DAC B bit ${bit}`),
+    ...[0, 1, 2, 3, 4, 5].map(bit => `DAC B ${bit}`),
     "phase B",
     "fast decay B",
     "zero",

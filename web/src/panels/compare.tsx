@@ -65,6 +65,12 @@ function Table({ found }: { found: Comparison }) {
     return (
         <div class="rows" tabIndex={0} role="region" aria-label="Differences">
             <table>
+                <colgroup>
+                    <col class="number" />
+                    <col />
+                    <col class="number" />
+                    <col />
+                </colgroup>
                 <thead>
                     <tr>
                         <th scope="col" colSpan={2}>

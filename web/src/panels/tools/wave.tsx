@@ -119,8 +119,8 @@ function Drawing({
             {before && <path class="before" d={line(before, 0)} />}
             <path class="coil-b" d={line(table, CELLS)} />
             <path class="coil-a" d={line(table, 0)} />
-            <text x="6" y="14">
-                draw in this quarter
+            <text x="6" y={HEIGHT - 8}>
+                draw in the shaded quarter
             </text>
             <text class="coil-a" x={WIDTH - 150} y="14">
                 coil A
