@@ -1,17 +1,25 @@
 """`tmcm34x record`, `show` and `check`, with hosts of others in front of served modules."""
 
+import os
 import signal
 import subprocess
+import threading
 from contextlib import contextmanager
 
 import can
 import pytest
 import serial
+from can.interfaces import virtual
+from click.testing import CliRunner
 from pytrinamic.connections import ConnectionManager
 from pytrinamic.tmcl import TMCLReplyStatusError
 
 from conftest import COMMAND
+from tmcm34x.bench import simple_rig
 from tmcm34x.capture import files, session_file
+from tmcm34x.cli import run as command_line
+from tmcm34x.firmware.ports.can import CanPort
+from tmcm34x.host import Connection, Module, RefusedError
 from tmcm34x.tmcl.datagram import Instruction, pack_can_request, pack_request
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
@@ -95,6 +103,70 @@ def test_a_host_and_a_module_on_tcp_are_recorded(serve, tmp_path):
     assert " < 4 9999\n" in text
     result = run("check", out)
     assert (result.returncode, result.stderr) == (0, ""), result.stdout
+
+
+def test_what_a_host_does_through_the_recorder_replays_to_the_letter(serve, tmp_path):
+    """Settings, a move that is over before it is looked at, and refusals do not depend on the moment."""
+    out = tmp_path / "out.session"
+    served = serve("--tcp=0")
+    with (
+        recording(out, "--tcp", "0", "--to", f"tcp://{served.tcp}") as (address, _),
+        Connection.open(f"tcp:{address}") as connection,
+    ):
+        module = Module(connection)
+        module.axes[0].max_speed = 2000
+        module.axes[0].move_to(3000)
+        module.variables[7] = 5
+        connection.wait(1.0)
+        assert (module.axes[0].actual_position, module.variables[7]) == (3000, 5)
+        with pytest.raises(RefusedError):
+            connection.command(5, 4, 0, 9999)
+    result = run("check", "--strict", out)
+    assert (result.returncode, result.stdout) == (0, "6 requests, no difference\n")
+
+
+@contextmanager
+def conversing(channel, commands):
+    """A module and a host on a virtual bus that begin when a third one has joined, and interrupt it at the end."""
+    module, host = (can.Bus(interface="virtual", channel=channel) for _ in range(2))
+    port = CanPort(
+        simple_rig().modules[0],
+        lambda identifier, data: module.send(
+            can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+        ),
+    )
+
+    def work():
+        while len(virtual.channels[channel]) < 3:
+            threading.Event().wait(0.01)
+        for text in commands:
+            data = pack_can_request(parse_instruction(text))
+            host.send(can.Message(arbitration_id=1, data=data, is_extended_id=False))
+            request = module.recv(5)
+            port.receive(request.arbitration_id, bytes(request.data))
+            assert host.recv(5) is not None
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    try:
+        yield
+    finally:
+        thread.join()
+        module.shutdown()
+        host.shutdown()
+
+
+@pytest.mark.parametrize("suffix", [".log", ".session", ".pcapng"])
+def test_the_frames_of_a_bus_are_recorded(tmp_path, suffix):
+    out = tmp_path / f"out{suffix}"
+    commands = ("GAP 4, 0", "SGP 3, 2, 5", "GGP 3, 2", "GAP 77, 0")
+    with conversing(f"record-{suffix}", commands), CliRunner().isolation() as (*_, output):
+        assert command_line(["record", str(out), "--to", f"can:virtual:record-{suffix}"]) == 0
+    assert output.getvalue().decode().endswith("8 records\n")
+    assert [record.direction for record in files.read(out)] == [">", "<"] * 4
+    result = run("check", "--strict", out)
+    assert (result.returncode, result.stdout) == (0, "4 requests, no difference\n")
 
 
 def test_a_host_and_a_module_on_serial_ports_are_recorded(serve, tmp_path):

@@ -8,12 +8,13 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 from tmcm34x.capture.files import Recorder
 from tmcm34x.capture.record import RecordingError, from_sink
 from tmcm34x.clock import HZ
-from tmcm34x.links import EXTENDED, Link, LinkError, Peer, Send
+from tmcm34x.links import EXTENDED, BusPeer, Link, LinkError, Peer, Send, SendFrame
 from tmcm34x.server.telegram_log import LineLog, Sink
 from tmcm34x.tmcl.telegrams import Direction, Kind
 
@@ -56,23 +57,64 @@ class SlcanLog:
             self._log.add_frame(now, direction, identifier | extended, data)
 
 
+class Tape:
+    """Puts telegrams into a recording, with the time since it began.
+
+    lost: called with the reason when nothing can be recorded
+    """
+
+    def __init__(self, recorder: Recorder, lost: Callable[[Exception], None]) -> None:
+        self._recorder = recorder
+        self.lost = lost
+        self._start_s = time.monotonic()
+
+    def take(self, add: Callable[[int], None]) -> None:
+        """Have something logged at the present clock."""
+        try:
+            add(round((time.monotonic() - self._start_s) * HZ))
+        except RecordingError as error:
+            self.lost(error)
+
+    def write(self, now: float, name: str, direction: Direction, data: bytes, kind: Kind) -> None:
+        """Take a telegram of a log."""
+        self._recorder.add(from_sink(round(now * 1e9 / HZ), name, direction, data, kind))
+
+
+class BusTap:
+    """Records the frames of a CAN bus, and sends none.
+
+    reply: identifier of frames that are replies
+    """
+
+    def __init__(self, tape: Tape, reply: int) -> None:
+        self._tape = tape
+        self._reply = reply
+
+    def connect(self, name: str, _: SendFrame) -> BusPeer:
+        """The bus is joined."""
+        self._log = LineLog(self._tape, name)
+        return self
+
+    def receive(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
+        """Take a frame."""
+        del bit_rate
+        direction: Direction = "<" if identifier == self._reply else ">"
+        self._tape.take(lambda now: self._log.add_frame(now, direction, identifier, data))
+
+    def disconnect(self) -> None:
+        """The bus is left."""
+
+
 class Proxy:
     """Passes bytes between the clients of links and one module, and records them.
 
+    tape: what records; its `lost` is also told when the module's side is gone
     make_log: puts bytes together to what is recorded
-    lost: called with the reason when the module's side is gone, or nothing can be recorded
     """
 
-    def __init__(
-        self,
-        recorder: Recorder,
-        lost: Callable[[Exception], None],
-        make_log: type[LineLog | SlcanLog] = LineLog,
-    ) -> None:
-        self._recorder = recorder
+    def __init__(self, tape: Tape, make_log: type[LineLog | SlcanLog] = LineLog) -> None:
+        self.tape = tape
         self.make_log = make_log
-        self._lost = lost
-        self._start_s = time.monotonic()
         self._clients: list[_Client] = []
         self._to_module: Send = lambda _: None
 
@@ -88,13 +130,13 @@ class Proxy:
 
     def from_host(self, client: _Client, data: bytes) -> None:
         """Pass on what a host sends."""
-        self._record(client, ">", data)
+        self.tape.take(lambda now: client.log.add(now, ">", data))
         self._to_module(data)
 
     def from_module(self, data: bytes) -> None:
         """Pass on what the module sends, to all hosts, as on a shared line."""
         for client in self._clients:
-            self._record(client, "<", data)
+            self.tape.take(partial(client.log.add, direction="<", data=data))
             client.send(data)
 
     def leave(self, client: _Client) -> None:
@@ -103,17 +145,7 @@ class Proxy:
 
     def module_gone(self) -> None:
         """The module's side is closed."""
-        self._lost(LinkError("the module's side has hung up"))
-
-    def _record(self, client: _Client, direction: Direction, data: bytes) -> None:
-        try:
-            client.log.add(round((time.monotonic() - self._start_s) * HZ), direction, data)
-        except RecordingError as error:
-            self._lost(error)
-
-    def write(self, now: float, name: str, direction: Direction, data: bytes, kind: Kind) -> None:
-        """Take a telegram of a client's log."""
-        self._recorder.add(from_sink(round(now * 1e9 / HZ), name, direction, data, kind))
+        self.tape.lost(LinkError("the module's side has hung up"))
 
 
 class _Client:
@@ -122,7 +154,7 @@ class _Client:
     def __init__(self, proxy: Proxy, name: str, send: Send) -> None:
         self._proxy = proxy
         self.send = send
-        self.log = proxy.make_log(proxy, name)
+        self.log = proxy.make_log(proxy.tape, name)
 
     def receive(self, data: bytes) -> None:
         self._proxy.from_host(self, data)

@@ -13,13 +13,17 @@ from tmcm34x.cli.link_options import TcpAddress, make_links, make_ptys
 from tmcm34x.cli.signals import stop_on_signals
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from tmcm34x.capture.files import Recorder
+    from tmcm34x.capture.proxy import Tape
     from tmcm34x.links import Link
 
 _EPILOG = """\b
 Examples:
   tmcm34x record night.session --pty /tmp/module --to /dev/ttyUSB0
   tmcm34x record night.pcapng --tcp 17001 --to tcp://192.168.0.7:4001
+  tmcm34x record night.log --to "can:socketcan:can0?reply=2"
   tmcm34x serve --tcp 17000 --record night.session     (a virtual module, with exact times)
 """
 
@@ -27,7 +31,11 @@ Examples:
 @click.command(epilog=_EPILOG)
 @click.argument("out", type=click.Path(path_type=Path))
 @click.option(
-    "--to", "target", required=True, metavar="PORT", help="The module: a serial port, or tcp://HOST:PORT."
+    "--to",
+    "target",
+    required=True,
+    metavar="PORT",
+    help="The module: a serial port, tcp://HOST:PORT, or a CAN bus to listen to, can:INTERFACE:CHANNEL?reply=2.",
 )
 @click.option(
     "--baud", type=click.IntRange(1), default=9600, show_default=True, help="Bits per second of serial ports."
@@ -63,8 +71,9 @@ Examples:
 def command(out: Path, target: str, **options: Any) -> int:
     """Sit between hosts and a module, and record what passes into OUT.
 
-    OUT is a session with times (.session), a file for Wireshark (.pcapng), or a text log (.hex).  Without --pty,
-    --serial or --tcp a pseudo terminal is opened.  Ends when interrupted, or when the module's side hangs up.
+    OUT is a session with times (.session), a file for Wireshark (.pcapng), a candump log (.log; frames only) or a text
+    log (.hex).  Without --pty, --serial or --tcp a pseudo terminal is opened; a CAN bus is only listened to, and needs
+    none.  Ends when interrupted, or when the module's side hangs up.
     """  # fmt: skip
     from tmcm34x.capture.files import Recorder
     from tmcm34x.capture.latency import count
@@ -80,7 +89,7 @@ def command(out: Path, target: str, **options: Any) -> int:
 
 
 async def _record(recorder: Recorder, target: str, options: dict[str, Any]) -> int:
-    from tmcm34x.capture.proxy import Proxy, SlcanLog
+    from tmcm34x.capture.proxy import Tape
     from tmcm34x.links import LinkError
 
     loop = asyncio.get_running_loop()
@@ -94,15 +103,10 @@ async def _record(recorder: Recorder, target: str, options: dict[str, Any]) -> i
         lambda _, context: end(context.get("exception", RuntimeError(context["message"])))
     )
     stop_on_signals(loop, end)
-    proxy = Proxy(recorder, end, SlcanLog) if options["slcan"] else Proxy(recorder, end)
-    links = _links(options)
+    open_lines = _open_bus if target.startswith("can:") else _open_lines
     try:
-        close = await _open_module(proxy, target, options["baud"])
-        for link in links:
-            click.echo(f"ready {link.kind} {await link.open(proxy.connect)}")
+        close = await open_lines(Tape(recorder, end), target, options)
         error = await over
-        for link in links:
-            link.close()
         close()
     except LinkError as problem:
         raise CliError(str(problem)) from None
@@ -112,6 +116,47 @@ async def _record(recorder: Recorder, target: str, options: dict[str, Any]) -> i
     if error is not None:
         raise error
     return 0
+
+
+async def _open_bus(tape: Tape, target: str, options: dict[str, Any]) -> Callable[[], None]:
+    """Listen to a CAN bus; returns what ends that."""
+    from tmcm34x.capture.proxy import BusTap
+    from tmcm34x.host.exceptions import LinkError as UrlError
+    from tmcm34x.host.url import parse_url
+    from tmcm34x.links.can import CanBusLink
+
+    if any(options[name] for name in ("ptys", "serials", "tcps", "slcan")):
+        raise click.UsageError(
+            "a CAN bus is listened to: --pty, --serial, --tcp and --slcan are for other lines"
+        )
+    try:
+        url = parse_url(target)
+    except UrlError as error:
+        raise CliError(str(error)) from None
+    if url.can.reply is None:
+        raise CliError(f"{target}: the identifier of replies tells them from requests; reply=any does not")
+    interface, _, channel = url.target.partition(":")
+    link = CanBusLink(interface, channel, url.can.bitrate)
+    click.echo(f"ready {link.kind} {await link.open(BusTap(tape, url.can.reply).connect)}")
+    return link.close
+
+
+async def _open_lines(tape: Tape, target: str, options: dict[str, Any]) -> Callable[[], None]:
+    """Put lines for hosts and the module's together; returns what closes all."""
+    from tmcm34x.capture.proxy import Proxy, SlcanLog
+
+    proxy = Proxy(tape, SlcanLog) if options["slcan"] else Proxy(tape)
+    links = _links(options)
+    close = await _open_module(proxy, target, options["baud"])
+    for link in links:
+        click.echo(f"ready {link.kind} {await link.open(proxy.connect)}")
+
+    def close_all() -> None:
+        for link in links:
+            link.close()
+        close()
+
+    return close_all
 
 
 def _links(options: dict[str, Any]) -> list[Link]:
