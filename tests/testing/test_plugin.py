@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-QUICKLY = [f"-pno:{name}" for name in ("cacheprovider", "hypothesispytest", "benchmark", "anyio")]
+QUICKLY = [f"-pno:{name}" for name in ("cacheprovider", "hypothesispytest", "benchmark", "anyio", "asyncio")]
 """Plugins that take longer to load than the tests here to run."""
 BENCH = "[[module]]\n[[module.axis]]\nload = { kind = 'carriage', start = 7.0 }\n"
 
@@ -144,6 +144,45 @@ def test_it_works_under_xdist(run):
         "2",
     )
     result.assert_outcomes(passed=6)
+
+
+def test_it_works_under_pytest_asyncio(pytester):
+    pytest.importorskip("pytest_asyncio", reason="it is in the group dev: make .venv/.test")
+    pytester.makepyfile(
+        test_it="""
+        import asyncio
+
+        import pytest
+
+        from tmcm34x.host import AsyncConnection
+        from tmcm34x.host.settings import identify
+
+        @pytest.mark.asyncio
+        async def test_streams(tmcm343):
+            reader, writer = await asyncio.open_connection(*tmcm343.address.split(":"))
+            writer.write(bytes.fromhex("01 06 04 00 00 00 00 00 0b"))
+            assert len(await asyncio.wait_for(reader.readexactly(9), 5)) == 9
+            writer.close()
+            await writer.wait_closed()
+
+        @pytest.mark.asyncio
+        async def test_the_library_in_two_tasks(tmcm343, tmcm341):
+            async def ask(module):
+                async with await AsyncConnection.open(f"tcp:{module.address}") as connection:
+                    return await connection.run(identify())
+
+            models = [model for model, _ in await asyncio.gather(ask(tmcm343), ask(tmcm341))]
+            assert models == [343, 341]
+
+        @pytest.mark.asyncio
+        async def test_time_is_moved_by_the_test(tmcm343):
+            tmcm343.command("MVP ABS, 0, 500")
+            tmcm343.until("motor 0 at 500")
+        """
+    )
+    pytester.makeini("[pytest]\nasyncio_default_fixture_loop_scope = function\n")
+    quickly = [option for option in QUICKLY if "asyncio" not in option]
+    pytester.runpytest_subprocess(*quickly).assert_outcomes(passed=3)
 
 
 # Coverage of TMCL programs
