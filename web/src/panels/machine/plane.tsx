@@ -10,6 +10,7 @@ import {
     time,
     world,
 } from "../../logic/app";
+import { TIME_FLAGS } from "../../wire";
 import { contacts, labels, line, perMicrostep, plan, scale, span } from "../../logic/machine";
 import { type Pair, type Sample, Trail } from "../../logic/trail";
 import { Contact } from "./contact";
@@ -19,6 +20,8 @@ const WIDTH = 400;
 const HIGHEST = 270;
 const EDGE = { left: 62, right: 14, top: 10, bottom: 60 };
 const POSITION = 0;
+/** Samples that wait for a state of the present. */
+const MOST = 4000;
 
 export const trail = new Trail();
 let samples: Sample[] = [];
@@ -33,11 +36,15 @@ sampleListeners.add(row => {
     if (plane?.length !== 2) return;
     const positions: Pair = [row[columnOf(plane[0]!, POSITION)]!, row[columnOf(plane[1]!, POSITION)]!];
     if (Number.isFinite(positions[0] + positions[1])) samples.push({ time: row[0]!, positions });
+    if (samples.length > MOST) samples.shift();
 });
+
+/** A past moment is shown: what is drawn is a part of the path that is known. */
+const past = (): boolean => (time.peek().flags & TIME_FLAGS.past) !== 0;
 
 frameListeners.add(() => {
     const shown = world.peek();
-    if (shown?.plane.length !== 2 || time.peek().clock === 0) return;
+    if (shown?.plane.length !== 2 || time.peek().clock === 0 || past()) return;
     const of = (value: (motor: number) => number): Pair => [value(shown.plane[0]!), value(shown.plane[1]!)];
     trail.add(
         {
