@@ -70,6 +70,9 @@ class Rig:
         self._happenings = tuple(sorted(happenings))
         self._happened = 0
         """How many of them are over."""
+        self.next_happening = NEVER
+        """The clock at which the bench next does something by itself, or `NEVER`."""
+        self._count_happened(0)
         self.settle()
 
     def next_event(self) -> int:
@@ -93,19 +96,20 @@ class Rig:
         for module in self.modules:
             module.advance(now)
         self.now = now
-        self.happen()
+        if self.next_happening <= now:
+            self.happen()
         self.settle()
-
-    @property
-    def next_happening(self) -> int:
-        """The clock at which the bench next does something by itself, or `NEVER`."""
-        return self._happenings[self._happened].when if self._happened < len(self._happenings) else NEVER
 
     def happen(self) -> None:
         """What the bench does by itself up to now."""
         while self.next_happening <= self.now:
-            self._happened += 1
+            self._count_happened(self._happened + 1)
             perform(self, self._happenings[self._happened - 1].action)
+
+    def _count_happened(self, count: int) -> None:
+        self._happened = count
+        rest = self._happenings[count : count + 1]
+        self.next_happening = rest[0].when if rest else NEVER
 
     def act(self, action: Action) -> None:
         """Do something to the bench from outside, at the present clock; raises `ActionError`."""
@@ -123,7 +127,8 @@ class Rig:
 
     def load(self, value: Any) -> None:
         """Become a rig of the same description that was saved; listeners are not called."""
-        self.now, self._happened, modules, worlds = value
+        self.now, happened, modules, worlds = value
+        self._count_happened(happened)
         for world, saved in zip(self.worlds, worlds, strict=True):
             world.load(saved)
         for module, saved in zip(self.modules, modules, strict=True):
