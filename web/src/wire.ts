@@ -505,6 +505,41 @@ export interface Imported {
     refused: string[];
 }
 
+/** What is wrong with a file as a bench; not `bench` for a TOML file of another kind. */
+export interface BenchCheck {
+    bench: boolean;
+    problems: Problem[];
+}
+
+/** What may stand at the cursor of a bench file; `text` takes the place of the word before it. */
+export interface Suggestion {
+    label: string;
+    detail: string;
+    meaning: string;
+    text: string;
+}
+
+/** A program of the examples; `bench` is that of its machine, empty for bare motors. path, bench: names for `ReadExample`; `includes` are beside the program */
+export interface ExampleShape {
+    path: string;
+    title: string;
+    text: string;
+    bench: string;
+    includes: string[];
+}
+
+/** A bench of the examples. */
+export interface BenchShape {
+    path: string;
+    title: string;
+}
+
+/** What came with the package. */
+export interface Examples {
+    programs: ExampleShape[];
+    benches: BenchShape[];
+}
+
 /** A line of the telegram log. */
 export interface Telegram {
     number: number;
@@ -901,6 +936,32 @@ export interface ReadMarks {
     branch: number;
 }
 
+/** What is wrong with a text as a bench file. */
+export interface CheckBench {
+    call: "check_bench";
+    path: string;
+    text: string;
+}
+
+/** What may stand at a place of a bench file; line and column from 1. */
+export interface CompleteBench {
+    call: "complete_bench";
+    text: string;
+    line: number;
+    column: number;
+}
+
+/** The examples that came with the package. */
+export interface ListExamples {
+    call: "list_examples";
+}
+
+/** The text of one file of the examples. */
+export interface ReadExample {
+    call: "read_example";
+    path: string;
+}
+
 /** All stored settings as text, for version control or for another module. */
 export interface ExportSettings {
     call: "export_settings";
@@ -952,7 +1013,7 @@ export interface Ping {
     call: "ping";
 }
 
-export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | Compare | ReadMap | Cover | ReadCoverage | ReadTracefile | ReadRegisters | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ShowPast | LeavePast | GoOn | ReadMarks | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping;
+export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | Compare | ReadMap | Cover | ReadCoverage | ReadTracefile | ReadRegisters | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ShowPast | LeavePast | GoOn | ReadMarks | CheckBench | CompleteBench | ListExamples | ReadExample | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping;
 
 /** The type of the answer's result, by call. */
 export interface Results {
@@ -1001,6 +1062,10 @@ export interface Results {
     leave_past: null;
     go_on: null;
     read_marks: Marks;
+    check_bench: BenchCheck;
+    complete_bench: Suggestion[];
+    list_examples: Examples;
+    read_example: string;
     export_settings: string;
     import_settings: Imported;
     list_ports: Ports;

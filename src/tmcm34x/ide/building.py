@@ -51,7 +51,7 @@ def build(
     findings = (*assembly.diagnostics, *lint(assembly, model=model))
     listing = _listing(assembly.file, assembly) if assembly.ok else None
     lines = [code.location.line if code.location.file == path else 0 for code in assembly.code]
-    return Built(wire.Assembled([_problem(item) for item in findings], listing, lines), assembly)
+    return Built(wire.Assembled([problem(item) for item in findings], listing, lines), assembly)
 
 
 def recognise(
@@ -147,7 +147,8 @@ def _listing(path: str, assembly: Assembly) -> wire.Listing:
     return wire.Listing(path, identity(assembly.program), lines, symbols)
 
 
-def _problem(item: Diagnostic) -> wire.Problem:
+def problem(item: Diagnostic) -> wire.Problem:
+    """A diagnostic as pages get it."""
     file, line, column, end = item.location
     place = wire.Place(file, line, column, line, end)
     return wire.Problem(place, item.severity, item.code, item.text)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x import __version__
 from tmcm34x.host.steps import RESET, RUN, STOP
-from tmcm34x.ide import bench_calls, folder, past_calls, sequences, study, switching, wire
+from tmcm34x.ide import bench_calls, benches, folder, past_calls, sequences, study, switching, wire
 from tmcm34x.ide.authority import Authority
 from tmcm34x.ide.building import Built, build, recognise
 from tmcm34x.ide.debugger import Debugger
@@ -71,6 +71,7 @@ class Hub:
             (self, bench_calls.METHODS),
             (self, study.METHODS),
             (self, past_calls.METHODS),
+            (self, benches.METHODS),
             (self.folder, folder.METHODS),
             (self.switching, switching.METHODS),
         )
@@ -392,7 +393,7 @@ MAX_RATE_HZ: Final = 60
 _CONTROL: Final[Mapping[str, tuple[int, ...]]] = {"run": (RESET, RUN), "stop": (STOP,), "reset": (RESET,)}
 """Control functions by action."""
 
-_PARTS: Final = (switching, folder, bench_calls, past_calls, study)
+_PARTS: Final = (switching, folder, bench_calls, benches, past_calls, study)
 _ELSEWHERE: Final = (BEGIN, *(part.METHODS for part in _PARTS))
 _METHODS: Final[Mapping[type, Callable[..., Awaitable[object]]]] = {
     call: getattr(Hub, f"_{call.__struct_config__.tag}")

@@ -495,6 +495,49 @@ class Imported(Shape):
     refused: list[str]
 
 
+class BenchCheck(Shape):
+    """What is wrong with a file as a bench; not `bench` for a TOML file of another kind."""
+
+    bench: bool
+    problems: list[Problem]
+
+
+class Suggestion(Shape):
+    """What may stand at the cursor of a bench file; `text` takes the place of the word before it."""
+
+    label: str
+    detail: str
+    meaning: str
+    text: str
+
+
+class ExampleShape(Shape):
+    """A program of the examples; `bench` is that of its machine, empty for bare motors.
+
+    path, bench: names for `ReadExample`; `includes` are beside the program
+    """
+
+    path: str
+    title: str
+    text: str
+    bench: str
+    includes: list[str]
+
+
+class BenchShape(Shape):
+    """A bench of the examples."""
+
+    path: str
+    title: str
+
+
+class Examples(Shape):
+    """What came with the package."""
+
+    programs: list[ExampleShape]
+    benches: list[BenchShape]
+
+
 class Telegram(Shape):
     """A line of the telegram log."""
 
@@ -1026,6 +1069,36 @@ class UseVirtual(Call, tag="use_virtual"):
     keep: bool = True
 
 
+class CheckBench(Call, tag="check_bench"):
+    """What is wrong with a text as a bench file."""
+
+    path: str
+    text: str
+    returns: ClassVar[Any] = BenchCheck
+
+
+class CompleteBench(Call, tag="complete_bench"):
+    """What may stand at a place of a bench file; line and column from 1."""
+
+    text: str
+    line: int
+    column: int
+    returns: ClassVar[Any] = list[Suggestion]
+
+
+class ListExamples(Call, tag="list_examples"):
+    """The examples that came with the package."""
+
+    returns: ClassVar[Any] = Examples
+
+
+class ReadExample(Call, tag="read_example"):
+    """The text of one file of the examples."""
+
+    path: str
+    returns: ClassVar[Any] = str
+
+
 class ExportSettings(Call, tag="export_settings"):
     """All stored settings as text, for version control or for another module."""
 
@@ -1055,6 +1128,7 @@ AnyCall = (
     | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog
     | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom
     | ShowPast | LeavePast | GoOn | ReadMarks
+    | CheckBench | CompleteBench | ListExamples | ReadExample
     | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping
 )  # fmt: skip
 """Everything a page may ask for."""
