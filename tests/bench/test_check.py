@@ -48,7 +48,7 @@ AXIS = "[[module]]\nmodel = 343\n[[module.axis]]\n"
         (AXIS + "load = { kind = 'carriage', low = 5.0, high = 2.0 }\n", 4, "2.0", "more than low"),
         (AXIS + "load.kind = 'carriage'\nload.low = nan\n", 5, "nan", "not a number"),
         (AXIS + "\n[[module.axis]]\nmotor.steps_per_turn = 0\n", 6, "0", "module[0].axis[1].motor"),
-        ("[[module]]\n[module.input.IN_0]\nkind = 'table'\npoints = [\n  [0, 1],\n  [2, 'x'],\n]\n", 6, "'x'", "points[1]"),
+        ("[[module]]\n[module.input.IN_0]\nkind = 'table'\npoints = [\n [0, 1],\n [2, 'x']]\n", 6, "'x'", "points[1]"),
         ('[[module]]\ntitle = """\nkind = 3"""\n', 2, "title", "unknown field title"),
     ],
 )  # fmt: skip

@@ -8,7 +8,6 @@ import {
     can,
     connection,
     held,
-    link,
     loaded,
     online,
     programKnown,
@@ -32,6 +31,7 @@ import {
     documents,
     newFile,
     openFile,
+    openPage,
     problemCount,
     restore,
     tabs,
@@ -50,11 +50,14 @@ import {
     type BottomPanel,
     type RightPanel,
 } from "./logic/layout";
+import { place } from "./logic/modules";
 import { past } from "./logic/past";
 import { clockText, short } from "./logic/units";
 import { Axes } from "./panels/axes";
 import { Bench, TimeControls } from "./panels/bench";
 import { Compare } from "./panels/compare";
+import { BenchBar } from "./panels/bench-bar";
+import { ConnectionPage } from "./panels/connection";
 import { Direct } from "./panels/direct";
 import { Files } from "./panels/files";
 import { Listing } from "./panels/listing";
@@ -69,7 +72,9 @@ import { Parameters } from "./panels/parameters";
 import { Plot } from "./panels/plot";
 import { Problems } from "./panels/problems";
 import { Program, programText } from "./panels/program";
+import { Start } from "./panels/start";
 import { Tools } from "./panels/tools";
+import { Tour, TourOffer } from "./panels/tour";
 import { ActionButton, Empty, Splitter, walk } from "./widgets/basics";
 import { Icon } from "./widgets/icons";
 
@@ -149,9 +154,9 @@ function TopBar() {
 const Lane = () => (
     <div class="lane" role="region" aria-label="State">
         {welcome.value && (
-            <span class="place" title={link.value.place}>
-                {welcome.value.source === "virtual" ? `virtual \u00b7 ${welcome.value.module}` : link.value.place}
-            </span>
+            <button class="place" title="Connection: this module, and others" onClick={() => openPage("connection")}>
+                <span>{place.value}</span>
+            </button>
         )}
         <ArmedSwitch />
         <PastStrip />
@@ -209,6 +214,8 @@ const MAIN: Partial<Record<PageName, () => preact.JSX.Element>> = {
     tools: Tools,
     listing: Listing,
     compare: Compare,
+    connection: ConnectionPage,
+    start: Start,
 };
 
 function Main() {
@@ -228,17 +235,10 @@ function Main() {
                 </div>
             )}
             <div class="editors" hidden={kind !== "file"}>
+                <BenchBar />
                 <Editor />
             </div>
-            {!activeTab.value && (
-                <Empty icon="file" title="No page open">
-                    Choose a file at the left, or{" "}
-                    <button class="link" onClick={() => newFile()}>
-                        begin a program
-                    </button>
-                    . <kbd>Ctrl+P</kbd> finds everything.
-                </Empty>
-            )}
+            {!activeTab.value && <Start />}
         </>
     );
 }
@@ -345,6 +345,7 @@ function StatusBar() {
                     {languageServer.value ? "language server" : "language server…"}
                 </span>
             )}
+            <TourOffer />
             {windows.value > 1 && <span title="Windows that look at this module">{windows.value} windows</span>}
         </footer>
     );
@@ -500,6 +501,7 @@ function Page() {
             <Overview />
             <Confirmation />
             <PromptWindow />
+            <Tour />
         </div>
     );
 }
@@ -512,7 +514,7 @@ effect(() => {
 });
 void shownTheme;
 void [openFile, loaded];
-const place = document.getElementById("page")!;
-place.replaceChildren();
-render(<Page />, place);
+const root = document.getElementById("page")!;
+root.replaceChildren();
+render(<Page />, root);
 connection.open();

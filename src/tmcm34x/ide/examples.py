@@ -1,7 +1,7 @@
 """The examples that come with the package: programs, with what they include and the bench that each is for.
 
-What a program is, its first comment says: a title, after a colon or a full stop a sentence, and behind `Try:` the
-bench that it is run with.
+What a program is, its first comment says: a title, behind a colon or in the next paragraph an explanation, and behind
+`Try:` the bench that it is run with.
 """
 
 from __future__ import annotations
@@ -53,17 +53,21 @@ def _name(root: Path, path: Path) -> str:
 
 def _program(root: Path, path: Path) -> wire.ExampleShape:
     source = read_text(path)
-    head = list(_comment(source))
-    first, bench = head[0] if head else path.stem, _BENCH.search(source)
-    title, _, more = first.rstrip(".").partition(":")
-    rest = " ".join(line for line in head[1:] if line and not line.startswith("Try:")).partition("Try:")[0]
+    first, _, rest = "\n".join(_comment(source)).partition("\n\n")
+    title, _, more = first.replace("\n", " ").partition(_divider(first))
+    bench = _BENCH.search(source)
     return wire.ExampleShape(
         path=_name(root, path),
-        title=title.partition(". ")[0],
-        text=_sentence(more.strip() or rest),
+        title=title.rstrip("."),
+        text=_sentence(more.strip() or rest.partition("Try:")[0]),
         bench=bench[1] if bench else "",
         includes=_INCLUDE.findall(source),
     )
+
+
+def _divider(first: str) -> str:
+    """What stands between title and explanation."""
+    return next((mark for mark in (": ", "; ") if mark in first), "\n")
 
 
 def _comment(source: str) -> Iterator[str]:
@@ -76,7 +80,7 @@ def _comment(source: str) -> Iterator[str]:
 
 def _sentence(words: str) -> str:
     """The first sentence, as one."""
-    first = words.partition(". ")[0].strip().rstrip(".")
+    first = " ".join(words.split()).partition(". ")[0].rstrip(".")
     return f"{first[:1].upper()}{first[1:]}." if first else ""
 
 

@@ -76,8 +76,9 @@ class Page:
             self._reader.cancel()
 
     def begin_anew(self) -> None:
-        """The module is another one."""
+        """The module is another one: its state is sent whole, behind what has been said so far."""
         self._sampled = 0
+        self._frames = Frames()
 
     def hurry(self) -> None:
         """Send the state now: something happened that a person waits for."""
@@ -151,7 +152,7 @@ class Page:
         loop = asyncio.get_running_loop()
         due = loop.time()
         while True:
-            if self.rate_hz:
+            if self.rate_hz and not self._events:
                 target = self._hub.target
                 watched = target.watched(self.watches) if self.watches else ()
                 frame = self._frames.frame(target.state(), watched)

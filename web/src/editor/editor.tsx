@@ -31,12 +31,13 @@ import { halted, held, loaded, program, running, tables, welcome } from "../logi
 import { assembled } from "../logic/build";
 import { coverage } from "../logic/coverage";
 import { breakpoints, carryBreakpoints, hitsOf, placeOf, setBreakpoints, type Breakpoint } from "../logic/debugger";
-import { active, documents, goal, openFile, problems, reload, save, type TextDocument } from "../logic/documents";
+import { active, documents, goal, isProgram, openFile, problems, reload, save, type TextDocument } from "../logic/documents";
 import { followOn, liveValues, visibleLines } from "../logic/live";
 import type { Problem } from "../wire";
 import { Icon } from "../widgets/icons";
 import { breakpointsOf, gutters, putAddresses, putBreakpoints, putExecution } from "./gutters";
-import { tmcl } from "./language";
+import { check, toml } from "./bench";
+import { colours, tmcl } from "./language";
 import { marks, putCoverage, putValues } from "./marks";
 import { searchPanel } from "./search";
 import { languageServer, lspExtension } from "./server";
@@ -86,8 +87,7 @@ function extensions(document: TextDocument): Extension {
         lineNumbers(),
         marks((first, last) => active.peek() === document.path && see(document.path, first, last)),
         highlightActiveLineGutter(),
-        autocompletion({ icons: false }),
-        tmcl(tables.value),
+        isProgram(document.path) ? [autocompletion({ icons: false }), tmcl(tables.value)] : toml(colours),
         who(),
         language.of([]),
         Prec.high(
@@ -204,9 +204,12 @@ const executed = computed(() => (underWay.value ? loaded.value?.lines[counter.va
 /** Keeps marks of a view in step with the page's state. */
 function follow(document: TextDocument, view: EditorView): (() => void)[] {
     return [
+        document.path.endsWith(".toml") ? check(document) : () => {},
         effect(() => {
             void languageServer.value;
-            view.dispatch({ effects: language.reconfigure(lspExtension(document.path)) });
+            view.dispatch({
+                effects: language.reconfigure(isProgram(document.path) ? lspExtension(document.path) : []),
+            });
         }),
         effect(() => {
             const lines = breakpoints.value
@@ -243,7 +246,7 @@ function follow(document: TextDocument, view: EditorView): (() => void)[] {
             view.dispatch({ effects: putValues.of(liveValues.value.get(document.path) ?? new Map()) });
         }),
         effect(() => {
-            if (languageServer.value) return;
+            if (languageServer.value && isProgram(document.path)) return;
             const list = problems.value.get(document.path) ?? [];
             view.dispatch(
                 setDiagnostics(

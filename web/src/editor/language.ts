@@ -76,7 +76,7 @@ export function tmcl(tables: Tables): Extension {
         if (functions.has(upper) && next === "(") return "function";
         return place.jump ? "labelName" : "variableName";
     }
-    return [language, syntaxHighlighting(COLOURS), indentUnit.of("    ")];
+    return [language, colours, indentUnit.of("    ")];
 }
 
 const COLOURS = HighlightStyle.define([
@@ -93,3 +93,6 @@ const COLOURS = HighlightStyle.define([
     { tag: tags.meta, color: "var(--syntax-word)" },
     { tag: tags.invalid, color: "var(--bad)", textDecoration: "underline wavy" },
 ]);
+
+/** Of all languages here. */
+export const colours: Extension = syntaxHighlighting(COLOURS);

@@ -20,6 +20,7 @@ import {
     saveAll,
     type PageName,
 } from "./documents";
+import { beginTour } from "./tour";
 import { layout, lowerPanel, palette, right, showBottom, showRight, theme } from "./layout";
 import { past } from "./past";
 import { PAST_ACTIONS } from "./past_actions";
@@ -297,6 +298,9 @@ export const ACTIONS: Action[] = [
             run: () => openPage(id as PageName),
         }),
     ),
+    { id: "connect", title: "Connect to a module…", group: "Module", icon: "plug", run: () => openPage("connection") },
+    { id: "start", title: "Start page and examples", group: "View", run: () => openPage("start") },
+    { id: "tour", title: "Take the tour", group: "View", run: beginTour },
     {
         id: "toggle_files",
         title: "Show or hide files",

@@ -385,8 +385,14 @@ function welcomed(event: Welcome): void {
         location.reload();
         return;
     }
+    const before = welcome.peek();
     welcome.value = event;
     loaded.value = event.listing;
+    if (before && (before.start !== event.start || before.seat !== event.seat)) {
+        samples.clear();
+        world.value = null;
+        quality.value = nothing;
+    }
     progress.value = null;
     lastTelegram.value = 0;
     telegrams.value = [];

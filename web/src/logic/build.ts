@@ -6,7 +6,7 @@ import { ask, connection, loaded, notify, onServerEvent, online } from "./app";
 import { choose } from "./confirm";
 import { RefusedError } from "./connection";
 import { options } from "./options";
-import { active, documents, newFile, openFile, problems, saveAll, screenTexts, target } from "./documents";
+import { active, documents, isProgram, newFile, openFile, problems, saveAll, screenTexts, target } from "./documents";
 
 /** Last result of the assembler by path. */
 export const assembled = signal<ReadonlyMap<string, Assembled>>(new Map());
@@ -141,7 +141,8 @@ export const changedSinceDownload = (): boolean => {
 // ------------------------------------------------------------------ checking while typing
 let checkTimer = 0;
 effect(() => {
-    const document = documents.value.get(active.value) ?? documents.value.get(target.value);
+    const shown = documents.value.get(active.value);
+    const document = shown && isProgram(shown.path) ? shown : documents.value.get(target.value);
     if (!document || !online.value) return;
     void document.text.value;
     void options.value;

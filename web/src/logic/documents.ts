@@ -66,6 +66,8 @@ export const PAGES = {
     tools: "Tools",
     listing: "Listing",
     compare: "Compare",
+    connection: "Connection",
+    start: "Start",
     guide: "Guide",
 } as const;
 export type PageName = keyof typeof PAGES;
@@ -73,6 +75,9 @@ export interface Tab {
     kind: "file" | PageName;
     path: string;
 }
+
+/** Benches, notes and tables are no programs. */
+export const isProgram = (path: string): boolean => !/\.(toml|md|csv)$/i.test(path);
 
 export const documents = signal<ReadonlyMap<string, TextDocument>>(new Map());
 export const tabs = remembered<Tab[]>("tabs", []);
@@ -96,12 +101,13 @@ export const activeTab = computed(() => tabs.value.find(tab => keyOf(tab) === ac
 export const activeDocument = computed(() => documents.value.get(active.value) ?? null);
 /** The program that Run and Assemble mean. */
 export const target = computed(
-    () => mainFile.value || (activeTab.value?.kind === "file" ? active.value : lastFile.value),
+    () =>
+        mainFile.value || (activeTab.value?.kind === "file" && isProgram(active.value) ? active.value : lastFile.value),
 );
 const lastFile = signal("");
 effect(() => {
-    if (activeTab.value?.kind === "file") lastFile.value = active.value;
-    onPage.value = activeTab.value !== null && activeTab.value.kind !== "file";
+    if (activeTab.value?.kind === "file" && isProgram(active.value)) lastFile.value = active.value;
+    onPage.value = activeTab.value?.kind !== "file";
 });
 
 export function openPage(kind: PageName): void {
@@ -137,6 +143,16 @@ export async function newFile(text = "", wish = "program"): Promise<TextDocument
         goal.value = { path, line: 1, column: 1 };
     });
     return document;
+}
+
+/** A text that may be on the disk already; what is open or on the disk is shown as it is. */
+export async function openText(path: string, text: string): Promise<void> {
+    await restored;
+    if (documents.value.has(path) || files.value.some(file => file.path === path)) return void (await openFile(path));
+    const document = new TextDocument(path);
+    keep(document);
+    document.fill(text, "", "");
+    await openFile(path);
 }
 
 function keep(document: TextDocument): void {

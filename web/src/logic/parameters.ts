@@ -1,5 +1,5 @@
 // All parameters of the module as last read; kept fresh while a page that shows them is open.
-import { effect, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import type { Parameter, Watched } from "../wire";
 import { connection, onServerEvent, online, powered, tables, welcome } from "./app";
 
@@ -11,7 +11,8 @@ export interface Values {
     /** By coordinate: one value a motor. */
     coordinates: (number | null)[][];
 }
-export const parameters = signal<Values>({ axis: new Map(), globals: new Map(), coordinates: [] });
+const NONE: Values = { axis: new Map(), globals: new Map(), coordinates: [] };
+export const parameters = signal(NONE);
 export const axisValue = (row: Parameter, motor: number) => parameters.value.axis.get(row.number)?.[motor];
 export const globalValue = (row: Parameter) => parameters.value.globals.get(`${row.bank}/${row.number}`);
 /** When each value last changed under the reader's eyes, by `bank/number/motor`; for a short glow. */
@@ -105,8 +106,15 @@ async function poll(): Promise<void> {
     if (!document.hidden) await refresh();
     timer = window.setTimeout(() => void poll(), PAUSE_MS);
 }
+const seat = computed(() => `${welcome.value?.start} ${welcome.value?.seat}`);
+/** What another module has said is nothing about this one. */
+effect(() => {
+    void seat.value;
+    parameters.value = NONE;
+});
 effect(() => {
     void wanted.value;
+    void seat.value;
     if (!online.value) return;
     clearTimeout(timer);
     void poll();

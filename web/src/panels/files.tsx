@@ -72,6 +72,9 @@ export function Files() {
                 <button class={active.value === ":listing" ? "on" : ""} onClick={() => openPage("listing")}>
                     <Icon name="list" size={14} /> Listing
                 </button>
+                <button class={active.value === ":connection" ? "on" : ""} onClick={() => openPage("connection")}>
+                    <Icon name="plug" size={14} /> Connection
+                </button>
             </div>
         </nav>
     );

@@ -1,0 +1,29 @@
+// Above a bench file in the editor: whether it can be used, and the button that builds the virtual module with it.
+import { benches } from "../editor/bench";
+import { online } from "../logic/app";
+import { activeDocument, problems } from "../logic/documents";
+import { underWay, useVirtual } from "../logic/modules";
+
+export function BenchBar() {
+    const document = activeDocument.value;
+    if (!document || !benches.value.has(document.path)) return null;
+    const wrong = problems.value.get(document.path)?.[0];
+    const { path } = document;
+    return (
+        <div class="bench-bar" role="region" aria-label="Bench file">
+            <b>Bench</b>
+            <span class={wrong ? "bad" : "muted"}>
+                {wrong ? `line ${wrong.place.line}: ${wrong.text}` : "no mistakes"}
+            </span>
+            <span class="gap" />
+            <button
+                class="primary"
+                disabled={!!wrong || !online.value || !!underWay.value}
+                title="Build the virtual module anew with this machine, as on the screen; program and stored settings are kept"
+                onClick={() => useVirtual({ bench: path, text: document.text.value })}
+            >
+                Use this bench
+            </button>
+        </div>
+    );
+}
