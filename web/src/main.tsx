@@ -32,6 +32,7 @@ import {
     newFile,
     openFile,
     openPage,
+    opened,
     problemCount,
     restore,
     tabs,
@@ -238,7 +239,7 @@ function Main() {
                 <BenchBar />
                 <Editor />
             </div>
-            {!activeTab.value && <Start />}
+            {!activeTab.value && opened.value && <Start />}
         </>
     );
 }

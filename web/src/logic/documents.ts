@@ -115,14 +115,21 @@ export function openPage(kind: PageName): void {
     active.value = `:${kind}`;
 }
 
-export async function openFile(path: string, line = 0, column = 1): Promise<TextDocument | null> {
+/** A file with a tab of its own, which need not be in front. */
+async function add(path: string, inFront: boolean): Promise<TextDocument | null> {
     const document = documents.value.get(path) ?? (await load(path));
     if (!document) return null;
     batch(() => {
-        active.value = path;
+        if (inFront) active.value = path;
         if (!tabs.value.some(tab => tab.kind === "file" && tab.path === path))
             tabs.value = [...tabs.value, { kind: "file", path }];
     });
+    return document;
+}
+
+export async function openFile(path: string, line = 0, column = 1): Promise<TextDocument | null> {
+    const document = await add(path, true);
+    if (!document) return null;
     if (line) goal.value = { path, line, column };
     return document;
 }
@@ -336,15 +343,18 @@ export async function restore(): Promise<void> {
     tabs.value = [];
     const drafts = await draftPaths();
     const listed = new Set((await ask({ call: "list_files" }))?.map(file => file.path) ?? []);
+    let last = "";
     for (const tab of known) {
-        if (tab.kind !== "file") tabs.value = [...tabs.value, tab];
-        else if (listed.has(tab.path) || drafts.includes(tab.path)) await openFile(tab.path);
+        if (tab.kind !== "file") tabs.value = [...tabs.value.filter(({ kind }) => kind !== tab.kind), tab];
+        else if (listed.has(tab.path) || drafts.includes(tab.path)) last = (await add(tab.path, false))?.path ?? last;
     }
-    for (const path of [...drafts, ...welcome.value!.open]) if (path) await openFile(path);
     const { start, open } = welcome.value!;
+    for (const path of [...drafts, ...open]) if (path) last = (await add(path, false))?.path ?? last;
     const again = start === lastStart.value;
     lastStart.value = start;
-    if ((again || !open.length) && tabs.value.some(tab => keyOf(tab) === before)) active.value = before;
+    const stays = (again || !open.length) && tabs.value.some(tab => keyOf(tab) === before);
+    // What a person has put in front meanwhile stays there.
+    if (active.value === before && !stays && last) active.value = last;
     if (!listed.has(mainFile.value) || (!again && open.length)) mainFile.value = "";
     opened.value = true;
 }
