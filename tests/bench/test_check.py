@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -99,3 +101,27 @@ def test_what_fits_at_a_place_is_proposed(text, some):
     assert bool(found) == bool(some)
     if 'kind = "turntable"' in text:
         assert "lead_mm" not in found
+
+
+_IN_THREADS = """
+import threading
+from tmcm34x.bench.description import parse
+
+together = threading.Barrier(4)
+
+def read():
+    together.wait()
+    parse("[[module]]")
+
+threads = [threading.Thread(target=read) for _ in range(4)]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+"""
+
+
+def test_the_first_benches_of_a_process_may_be_read_in_several_threads():
+    """msgspec crashes the interpreter when two threads have it learn a struct; the IDE checks benches in threads."""
+    for _ in range(3):
+        assert subprocess.run([sys.executable, "-c", _IN_THREADS], check=False).returncode == 0

@@ -341,6 +341,10 @@ class Bench(Struct, frozen=True):
     )
 
 
+msgspec.json.Decoder(Bench)
+"""msgspec learns a struct when it first converts to it, which must not happen in two threads at a time."""
+
+
 def parse(text: str) -> Bench:
     """The description in the text of a bench file.  Raises `BenchError` with the path to what is wrong."""
     try:
