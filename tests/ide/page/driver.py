@@ -154,6 +154,17 @@ def screens(page: Page) -> Iterator[str]:
     page.keyboard.press("Control+Alt+s")
     yield "Save as"
     page.keyboard.press("Escape")
+    for wish, there in (
+        ("Connect to a", ".connection form"),
+        ("Start page", ".gallery .tile"),
+        ("tour", ".tour"),
+    ):
+        page.keyboard.press("Control+p")
+        page.keyboard.type(wish)
+        page.keyboard.press("Enter")
+        page.locator(there).first.wait_for()
+        yield wish
+    page.keyboard.press("Escape")
     page.keyboard.press("F10")
     page.get_by_role("button", name="Release").wait_for()
     yield "STOP ALL"

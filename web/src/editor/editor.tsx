@@ -31,7 +31,17 @@ import { halted, held, loaded, program, running, tables, welcome } from "../logi
 import { assembled } from "../logic/build";
 import { coverage } from "../logic/coverage";
 import { breakpoints, carryBreakpoints, hitsOf, placeOf, setBreakpoints, type Breakpoint } from "../logic/debugger";
-import { active, documents, goal, isProgram, openFile, problems, reload, save, type TextDocument } from "../logic/documents";
+import {
+    active,
+    documents,
+    goal,
+    isProgram,
+    openFile,
+    problems,
+    reload,
+    save,
+    type TextDocument,
+} from "../logic/documents";
 import { followOn, liveValues, visibleLines } from "../logic/live";
 import type { Problem } from "../wire";
 import { Icon } from "../widgets/icons";
