@@ -7,8 +7,8 @@ where the cursor is.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from typing import Final, NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import Any, Final, NamedTuple
 
 from msgspec import inspect
 
@@ -67,8 +67,8 @@ def _in_line(names: list[str], before: str) -> list[Suggestion]:
     tables = [table for table in _tables([*names, *inner, *dotted]) if kind in {"", table.tag}]
     if value:
         return list(dict.fromkeys(each for table in tables for each in _values(table, last)))
-    unknown = [*(_kinds(tables) if tables and not kind else [])]
-    return list(dict.fromkeys([*unknown, *(_suggestion(f) for table in tables for f in table.fields)]))
+    kinds = list(_kinds(tables)) if not kind else []
+    return list(dict.fromkeys([*kinds, *(_suggestion(field) for table in tables for field in table.fields)]))
 
 
 def _opened(before: str) -> tuple[list[str], str, str]:
@@ -129,8 +129,8 @@ def _suggestion(field: inspect.Field) -> Suggestion:
 
 
 def _meaning(info: inspect.Type) -> str:
-    schema = info.extra_json_schema if isinstance(info, inspect.Metadata) else None
-    return str((schema or {}).get("description", ""))
+    schema: dict[str, Any] = getattr(info, "extra_json_schema", None) or {}
+    return str(schema.get("description", ""))
 
 
 def _detail(info: inspect.Type) -> str:
@@ -146,7 +146,7 @@ def _detail(info: inspect.Type) -> str:
             return _DETAILS.get(type(info), "list")
 
 
-_DETAILS: Final = {
+_DETAILS: Final[Mapping[type[inspect.Type], str]] = {
     inspect.StructType: "table", inspect.BoolType: "true or false", inspect.IntType: "whole number",
     inspect.FloatType: "number", inspect.StrType: "text",
 }  # fmt: skip
