@@ -313,6 +313,7 @@ def test_a_dash_is_standard_input(monkeypatch, tmp_path):
     assert Path("x.bin").stat().st_size == 16
     assert "ROR   0, 1" in pipe(Path("x.bin").read_bytes(), "dis", "-").stdout
     assert pipe("STOP", "asm", "-").exit_code == 2
+    assert pipe("STOP", "asm", "-", "-o", "-").stdout_bytes == bytes.fromhex("1c 00 00 00 00 00 00 1c")
 
 
 def test_rubbish_is_never_a_traceback(call):

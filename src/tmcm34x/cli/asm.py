@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
@@ -17,6 +18,7 @@ from tmcm34x.cli.source_files import (
     print_diagnostics,
     write,
 )
+from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.formatter import format_source
 from tmcm34x.toolchain.image import pack_binary, pack_hex
 from tmcm34x.toolchain.linter import lint
@@ -57,7 +59,7 @@ def command(
 ) -> int:
     """Assemble FILE.
 
-    FILE may be - for standard input. Without -o the image goes to FILE.bin. Mistakes go to standard error, all of them,
+    FILE may be - for standard input, and OUT - for standard output. Without -o the image goes to FILE.bin. Mistakes go to standard error, all of them,
     and the exit status is 1; warnings about parameters that the model does not have come along and change nothing.
     """
     assembly = assemble_file(file, include_path, append_stop=append_stop, model=int(model))
@@ -69,15 +71,25 @@ def command(
     if output is None and is_standard_input(file):
         raise CliError("-: name the image with -o")
     target = output or file.with_suffix(".bin")
-    if target.resolve() == file.resolve():
-        raise CliError(f"{target}: would overwrite the source; name the image with -o")
-    write(target, pack_hex(program).encode() if is_hex(target) else pack_binary(program))
+    _write_image(target, file, program)
     if listing_file is not None:
         write(listing_file, listing(assembly).encode())
     if plain_file is not None:
         write(plain_file, format_source(emit_tmcl(assembly)).encode())
     if symbols_file is not None:
         write(symbols_file, symbol_file(assembly).encode())
+    if is_standard_input(target):
+        return 0
     appended = ", the last one an appended STOP" if assembly.code and assembly.code[-1].appended else ""
     click.echo(f"{target}: {len(program)} instruction{'s' * (len(program) != 1)}{appended}")
     return 0
+
+
+def _write_image(target: Path, source: Path, program: tuple[Instruction, ...]) -> None:
+    """Write the image in the form that its suffix names; `-` is standard output, in binary form."""
+    if is_standard_input(target):
+        sys.stdout.buffer.write(pack_binary(program))
+        return
+    if target.resolve() == source.resolve():
+        raise CliError(f"{target}: would overwrite the source; name the image with -o")
+    write(target, pack_hex(program).encode() if is_hex(target) else pack_binary(program))

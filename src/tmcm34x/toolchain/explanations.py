@@ -124,8 +124,8 @@ def title(code: str) -> str:
 def page(code: str) -> str:
     """The page of a diagnostic in Markdown, without its heading."""
     row = MISTAKES.get(code) or RULES[code]
-    example = "\n".join(row.example.split("\n")[:_SHOWN_LINES])
-    return f"{row.reason} {_nature(code)}\n\n```tmcl wrong\n{example}\n```\n\n```tmcl\n{row.cure}\n```\n"
+    example = "\n".join(row.example.rstrip().split("\n")[:_SHOWN_LINES])
+    return f"{row.reason} {_nature(code)}\n\n```tmcl wrong\n{example}\n```\n\n```tmcl\n{row.cure.rstrip()}\n```\n"
 
 
 def _nature(code: str) -> str:
