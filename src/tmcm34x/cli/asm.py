@@ -59,8 +59,9 @@ def command(
 ) -> int:
     """Assemble FILE.
 
-    FILE may be - for standard input, and OUT - for standard output. Without -o the image goes to FILE.bin. Mistakes go to standard error, all of them,
-    and the exit status is 1; warnings about parameters that the model does not have come along and change nothing.
+    FILE may be - for standard input, and OUT - for standard output. Without -o the image goes to FILE.bin. Mistakes go
+    to standard error, all of them, and the exit status is 1; warnings about parameters that the model does not have are
+    printed too and change nothing.
     """
     assembly = assemble_file(file, include_path, append_stop=append_stop, model=int(model))
     warnings = tuple(item for item in lint(assembly, model=int(model)) if item.code == "W302")

@@ -221,11 +221,12 @@ def evaluate(operand: Operand, value_of: Callable[[Token], float]) -> float:
         elif kind == "name":
             stack.append(value_of(token))
         else:
-            count = 1 if kind == "unary" else 2
+            last = stack.pop()
+            operands = (last,) if kind == "unary" else (stack.pop(), last)
             try:
-                stack[-count:] = [what(*stack[-count:])]  # type: ignore[operator]
+                stack.append(what(*operands))  # type: ignore[operator]
             except (ArithmeticError, ValueError) as error:
-                raise _no_value(token, stack[-count:], error) from None
+                raise _no_value(token, operands, error) from None
     return stack[0]
 
 
@@ -238,7 +239,7 @@ def names_in(operand: Operand | None) -> Iterator[Token]:
         yield from (token for kind, token, _ in operand.steps if kind == "name")
 
 
-def _no_value(token: Token, operands: list[float], error: Exception) -> ExpressionError:
+def _no_value(token: Token, operands: tuple[float, ...], error: Exception) -> ExpressionError:
     if isinstance(error, ZeroDivisionError):
         return ExpressionError("E401", token.start, token.end, "division by zero")
     listed = " and ".join(f"{x:g}" for x in operands)

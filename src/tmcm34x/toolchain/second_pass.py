@@ -76,7 +76,9 @@ class SecondPass:
             return None
         fields: list[int | None] = [shape.row.number, 0, 0, 0]
         for operand, (field, words, address) in zip(operands, places, strict=False):
-            if words is None:
+            if type(operand) is Token and operand.text in _SMALL and words is None:
+                fields[field] = _SMALL[operand.text]
+            elif words is None:
                 fields[field] = self._integer(operand, field, address)
             else:
                 fields[field] = self._word(operand, words, shape.row)
@@ -109,8 +111,6 @@ class SecondPass:
     def _integer(self, operand: Operand | None, field: int, address: bool) -> int | None:
         if operand is None:
             return None
-        if type(operand) is Token and operand.text in _SMALL:
-            return _SMALL[operand.text]
         try:
             value = self._value(operand, address)
         except ExpressionError as error:

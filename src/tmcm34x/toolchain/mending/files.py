@@ -42,16 +42,13 @@ class Mistake(NamedTuple):
 
 def mend(texts: Sequence[str], lines: list[parser.Line]) -> list[Mistake]:
     """Puts into `lines` what the wrong ones were meant to be; returns the mistakes."""
-    wrong = [index for index, line in enumerate(lines) if not _plausible(line)]
+    wrong = [index for index, line in enumerate(lines) if line.problems or _is_unknown(line.statement)]
     return _File(texts, lines).mend(wrong[:_MOST]) if wrong else []
 
 
-def _plausible(line: parser.Line) -> bool:
-    """Whether a line has a known command and no mistakes that show in itself."""
-    statement = line.statement
-    return not line.problems and (
-        type(statement) is not parser.Command or statement.mnemonic.upper() in BY_MNEMONIC
-    )
+def _is_unknown(statement: parser.Statement | None) -> bool:
+    """Whether a statement is a command that does not exist."""
+    return type(statement) is parser.Command and statement.mnemonic.upper() not in BY_MNEMONIC
 
 
 class _File:
@@ -231,9 +228,7 @@ class _File:
 
     def guessed(self, index: int) -> None:
         """Reports what a line may have meant where that is not certain."""
-        statement = self.lines[index].statement
-        unknown = isinstance(statement, parser.Command) and statement.mnemonic.upper() not in BY_MNEMONIC
-        found = guess(self.texts[index]) if unknown else None
+        found = guess(self.texts[index]) if _is_unknown(self.lines[index].statement) else None
         if found is not None:
             self.take(index, found)
 
