@@ -16,6 +16,10 @@ from tmcm34x.debug.control import Breakpoint
 from tmcm34x.debug.history import History
 from tmcm34x.debug.sessions.base import Text
 from tmcm34x.debug.sessions.bench import BenchSession
+from tmcm34x.links import Peer
+from tmcm34x.server import Server
+from tmcm34x.tmcl.datagram import pack_request
+from tmcm34x.tmcl.mnemonic import parse_instruction
 from tmcm34x.toolchain.assembler import Assembly, assemble
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -82,6 +86,31 @@ def recording(build: Callable[[], Rig]) -> float:
     return median(ratios)
 
 
+def served_us() -> tuple[float, float]:
+    """Processor time of a telegram on a line of a server without and with a history, as medians of pairs in turn."""
+    plain, recorded = line(False), line(True)
+    pairs = [(telegrams_us(plain), telegrams_us(recorded)) for _ in range(15)]
+    return median(alone for alone, _ in pairs), median(kept for _, kept in pairs)
+
+
+def line(recorded: bool) -> Peer:
+    """The module's end of a line, while three motors turn."""
+    server = Server(simple_rig())
+    for motor in range(3):
+        server.rig.modules[0].execute(parse_instruction(f"ROR {motor}, 500"))
+    if recorded:
+        server.part = server.recorder = History(server.rig)
+    return server.connect("host", lambda _: None)
+
+
+def telegrams_us(peer: Peer, count: int = 4000) -> float:
+    telegram = pack_request(1, parse_instruction("GAP 1, 0"))
+    start = process_time()
+    for _ in range(count):
+        peer.receive(telegram)
+    return 1e6 * (process_time() - start) / count
+
+
 def timed_ms(do: Callable[[], object]) -> float:
     start = process_time()
     do()
@@ -102,6 +131,8 @@ def going_back(session: BenchSession) -> None:
 
 
 def main() -> None:
+    alone, kept = served_us()
+    print(f"a telegram on a line: {alone:.1f} us, with a history {kept:.1f} us")
     for name, source, bench in PROGRAMS:
         assembly = assemble(source)
         assert assembly.ok

@@ -123,8 +123,12 @@ function TopBar() {
                 <ActionButton id="pause" />
                 <ActionButton id="step" />
                 <ActionButton id="step_over" />
-                {can.value.debug && <ActionButton id="step_back" />}
-                {can.value.debug && <ActionButton id="reverse" />}
+                {can.value.debug && (
+                    <span class="travel">
+                        <ActionButton id="step_back" />
+                        <ActionButton id="reverse" />
+                    </span>
+                )}
                 <ActionButton id="stop" label />
                 <ActionButton id="reset" />
             </div>

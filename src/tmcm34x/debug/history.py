@@ -31,9 +31,13 @@ if TYPE_CHECKING:
 LIMIT: Final = 64 << 20
 """Default memory of a history [bytes]."""
 DENSE_EVENTS: Final = 500
-"""Events and inputs from one snapshot to the next, as they are taken."""
+"""Events from one snapshot to the next, as they are taken."""
+DENSE_INPUTS: Final = 2000
+"""Inputs from one snapshot to the next: to do one again takes less than an event."""
 DENSE_CLOCKS: Final = 30 * HZ
 """Longest virtual time from one snapshot to the next while anything happens."""
+_SELDOM: Final = 255
+"""Mask of the number of inputs at which `received` looks whether a snapshot is due."""
 SPARE: Final = 0.05
 """Part of the limit that is freed when it is reached."""
 
@@ -120,20 +124,19 @@ class History:
 
     def advance(self, now: int) -> None:
         """Bring the bench to clock `now`; nothing happens where it is there already."""
-        if now <= self.rig.now:
+        rig, course = self.rig, self._course
+        if now <= rig.now:
             return
-        if self._repeats:
+        branch = course.branch
+        if course.done < branch.forgotten + len(branch.inputs):
             self._repeat(now)
         else:
-            self.rig.advance(now)
-        if now > self.branch.end:
-            self.branch.end = now
-            self._count_event(now)
-
-    def _count_event(self, now: int) -> None:
-        self._events += 1
-        if self._events >= DENSE_EVENTS or now >= self._snapshot_due:
-            self._snapshot()
+            rig.advance(now)
+        if now > branch.end:
+            branch.end = now
+            self._events += 1
+            if self._events >= DENSE_EVENTS or now >= self._snapshot_due:
+                self._snapshot()
 
     @property
     def _repeats(self) -> bool:
@@ -153,7 +156,8 @@ class History:
         """Keep an input that was just done at the bench's clock."""
         if not self._repeating:
             self._record(self.rig.now, kind, index, values)
-            self._count_event(self.rig.now)
+            if self._course.done - self.branch.snapshots[-1].inputs >= DENSE_INPUTS:
+                self._snapshot()
 
     def record_hold(self, kind: str, index: int, values: tuple[Any, ...]) -> None:
         """Keep that a program is held in the middle of the event that is under way: `HELD` or `REFUSED`."""
@@ -193,8 +197,16 @@ class History:
         self.record("plugged", number, end.describe())
 
     def received(self, end: LineEnd, values: tuple[Any, ...]) -> None:
-        """`end.receive` was called with these values."""
-        self.record("received", self._numbers[end], values)
+        """`end.receive` was called with these values: `record` without the calls that a line would have to pay for."""
+        course, now = self._course, self.rig.now
+        branch = course.branch
+        inputs = branch.inputs
+        if now < branch.end or course.done - branch.forgotten < len(inputs) or not len(inputs) & _SELDOM:
+            self.record("received", self._numbers[end], values)
+            return
+        inputs.append(Input(now, "received", self._numbers[end], values))
+        course.done += 1
+        self._size += INPUT_SIZE
 
     def unplugged(self, end: LineEnd) -> None:
         """A line was unplugged."""
