@@ -61,6 +61,22 @@ def test_a_plan_view_moves_with_the_loads_and_keeps_the_path(stage: Page):
     expect(stage.locator(".plan-view .mark text")).to_have_text("3")
 
 
+def test_the_drawing_follows_scrubbed_time(stage: Page):
+    carriage, trail = stage.locator(".plan-view .carriage"), stage.locator(".plan-view .trail")
+    before = shift(carriage)
+    stage.keyboard.press("F9")
+    until(stage, lambda: place(stage, 1) > 78)
+    expect(stage.locator("[data-place='1']")).to_have_text("78.75 mm")
+    after, path = shift(carriage), trail.get_attribute("d") or ""
+    stage.get_by_role("slider", name="Moment").press("Home")
+    expect(stage.locator(".past-strip")).to_be_visible()
+    until(stage, lambda: shift(carriage) == before)
+    assert len(trail.get_attribute("d") or "") < len(path) / 2
+    stage.keyboard.press("Alt+F2")
+    until(stage, lambda: shift(carriage) == after)
+    assert (trail.get_attribute("d") or "").startswith(path), "the path is known as before"
+
+
 def test_a_switch_in_the_drawing_is_closed_by_a_click_and_by_a_key(stage: Page):
     switch = stage.get_by_role("button", name="left switch of motor 1")
     expect(switch).to_have_attribute("aria-pressed", "false")
