@@ -9,12 +9,14 @@ import pytest
 
 from ide.ide_driver import running
 from ide.served import Bench
+from tmcm34x.host import Connection
 from tmcm34x.host.exceptions import LinkError
 from tmcm34x.host.url import parse_url
 from tmcm34x.ide import wire
 from tmcm34x.ide.remote import Remote
 from tmcm34x.ide.telegrams import Telegrams
 from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.mnemonic import parse_instruction
 
 
 def _go(folder, scenario, model: int = 343):
@@ -626,3 +628,23 @@ def test_a_silent_module_is_told_and_heard_again(tmp_path):
 def test_a_line_that_cannot_be_opened_says_so_at_once():
     with pytest.raises(LinkError):
         Remote(parse_url("/dev/does-not-exist"), Telegrams())
+
+
+def test_a_download_of_another_host_is_not_filled_with_what_is_polled(tmp_path):
+    """At most what was on its way is stored; after the download all is polled again."""
+
+    async def scenario(bench, ide, page):
+        await page.until(lambda: page.state.get("time"))
+        with Connection.open(f"tcp://{bench.address}") as host:
+            host.ask(Instruction(132))
+            await page.until(lambda: ide.hub.target._polling.loading)
+            stored = bench.module.program.memory.address
+            for _ in range(200):
+                await asyncio.to_thread(host.ask, Instruction(136))
+            assert bench.module.program.memory.address == stored <= 3
+            host.ask(Instruction(133))
+            await page.until(lambda: not ide.hub.target._polling.loading)
+            await asyncio.to_thread(host.execute, parse_instruction("MVP ABS, 1, 500"))
+            await page.until(lambda: page.state["motor1"]["position"] == 500)
+
+    _go(tmp_path, scenario)

@@ -15,6 +15,7 @@ from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_BY_KEY
+from tmcm34x.tmcl.numbers import CONTROL
 from tmcm34x.tmcl.status import Status
 
 COORDINATE_BANK: Final = -2
@@ -78,10 +79,19 @@ SLOW: Final = (
 )  # fmt: skip
 
 
+PROBE: Final = Polled("probe", 0, Instruction(CONTROL.GET_APPLICATION_STATUS))
+"""Refused in download mode, and never stored (fidelity PROG-15)."""
+
+
 class Polling:
-    """What was read of a module, and what to read next."""
+    """What was read of a module, and what to read next.
+
+    A module in download mode stores what it is asked: another host is loading a program.  Only `PROBE` is asked then.
+    """
 
     def __init__(self) -> None:
+        self.loading = False
+        """Whether the module was in download mode at the last reply."""
         self.values: dict[tuple[str, int], int] = {}
         """By the key of a value and its motor or port; what the module has not sent is not there."""
         self._refused: set[Instruction] = set()
@@ -91,14 +101,20 @@ class Polling:
         """Another module may be at the other end now."""
         self.values.clear()
         self._refused.clear()
+        self.loading = False
 
     def due(self) -> list[Polled]:
         """What to read in the next round; what the module has refused for good is left out."""
+        if self.loading:
+            return [PROBE]
         wanted = [*FAST, *islice(self._slow, SLOW_PER_ROUND)]
         return [polled for polled in wanted if polled.command not in self._refused]
 
     def take(self, polled: Polled, status: int, value: int) -> bool:
         """What came, status 0 for nothing; whether it is a value."""
+        if status == Status.LOADED or polled is PROBE:
+            self.loading = status != Status.OK
+            return False
         if status == Status.OK:
             self.values[polled.key, polled.motor] = value
             return True

@@ -22,7 +22,7 @@ from tmcm34x.host.connection import Connection
 from tmcm34x.host.effects import moves
 from tmcm34x.host.exceptions import GarbledReplyError, HostError, LinkError, NoReplyError, ReplyError
 from tmcm34x.host.following import followed, following
-from tmcm34x.host.polling import Polled, Polling, reader
+from tmcm34x.host.polling import PROBE, Polled, Polling, reader
 from tmcm34x.host.steps import ASCII_MODE, FACTORY_RESET, VERSION
 from tmcm34x.ide import wire
 from tmcm34x.ide.exchange import answered, unanswered
@@ -308,6 +308,8 @@ class Remote:
         def linked() -> T:
             if self._closed:
                 raise LinkError(_CLOSED)
+            if polling and self._polling.loading:
+                raise LinkError("another host is downloading a program")
             self._link = POLL if polling else "IDE"
             return work()
 
@@ -320,7 +322,7 @@ class Remote:
         values: list[int | None] = []
         for item in items:
             command = reader(*_fields(item))
-            if command is None or not self._up or self._hushed:
+            if command is None or not self._up or not self._may_ask:
                 values.append(None)
                 continue
             values.append(await self._value(command))
@@ -331,6 +333,11 @@ class Remote:
         return exchange.value if exchange.status == Status.OK else None
 
     # Polling
+
+    @property
+    def _may_ask(self) -> bool:
+        """Whether a question is answered, and not stored as part of a program that is being downloaded."""
+        return not self._hushed and not self._polling.loading
 
     def hush(self, on: bool) -> None:
         """Poll nothing while a program is being downloaded."""
@@ -367,13 +374,13 @@ class Remote:
             await self._take(polled)
         for item in tuple(self._watches):
             command = reader(*_fields(item))
-            if command is not None and not self._hushed:
+            if command is not None and self._may_ask:
                 value = self._watched[command] = await self._value(command)
                 self.samples.add(self.now, {}, {item: value})
         await asyncio.sleep(max(0.0, 1 / 60 - (time.monotonic() - started)))
 
     async def _take(self, polled: Polled) -> None:
-        if self._hushed or self._silent >= PATIENCE:
+        if not (self._may_ask or (polled is PROBE and not self._hushed)) or self._silent >= PATIENCE:
             return
         exchange = await self._send(polled.command, POLL)
         if not self._polling.take(polled, exchange.status, exchange.value):

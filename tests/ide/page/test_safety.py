@@ -24,9 +24,17 @@ class Stage(NamedTuple):
 
 
 @pytest.fixture
-def stage(serve: Any, open_ide: OpenIde) -> Iterator[Stage]:
+def earlier() -> tuple[str, ...]:
+    """The program that another host has stored before the IDE comes."""
+    return ()
+
+
+@pytest.fixture
+def stage(serve: Any, open_ide: OpenIde, earlier: tuple[str, ...]) -> Iterator[Stage]:
     served = serve("--pty", "--tcp", "127.0.0.1:0")
     with Connection.open(f"tcp://{served.tcp}") as observer:
+        if earlier:
+            load(observer, *earlier)
 
         def ask(text: str) -> int:
             return observer.execute(parse_instruction(text)).value
@@ -213,9 +221,9 @@ def load(observer: Connection, *lines: str) -> None:
         observer.ask(instruction)
 
 
+@pytest.mark.parametrize("earlier", [("SGP 5, 2, 77", "STOP")])
 def test_run_over_a_program_of_somebody_else_asks_first(stage: Stage):
     page, _, ask, observer = stage
-    load(observer, "SGP 5, 2, 77", "STOP")
     arm(page)
     page.keyboard.press("F9")
     dialog = page.get_by_role("dialog")
