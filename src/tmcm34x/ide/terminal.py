@@ -48,10 +48,14 @@ class Terminal:
         return f"\r{letter(address)}BIN\r".encode("ascii")
 
     def send(self, connection: Connection, address: int, line: str) -> str:
-        """Send a line, with the module's letter in front of it; what came back, without its line end."""
+        """Send a line, with the module's letter in front of it; what came back, without its line end.
+
+        A telegram that was on its way when the module changed its interface is the beginning of a line for it: that
+        ends first.
+        """
         words = line.strip().encode("ascii", "replace")
         connection.line.waiting()
-        connection.line.write(letter(address).encode("ascii") + words + _RETURN)
+        connection.line.write(_RETURN + letter(address).encode("ascii") + words + _RETURN)
         back = self._reply(connection)
         if words.upper() == b"BIN":
             self.on = False
