@@ -11,7 +11,7 @@ export const layout = remembered("layout", {
     files: true,
     filesWidth: 188,
     rightWidth: fingers ? 476 : 404,
-    bottomHeight: fingers ? 296 : 236,
+    bottomHeight: fingers ? 320 : 280,
 });
 export const right = remembered<RightPanel>("right", "axes");
 /** With room enough the axes stay, and another panel stands beside them. */
