@@ -13,7 +13,7 @@ from tmcm34x.cli.link_options import TcpAddress, make_links, make_ptys
 from tmcm34x.cli.signals import stop_on_signals
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Awaitable, Callable
 
     from tmcm34x.capture.files import Recorder
     from tmcm34x.capture.proxy import Tape
@@ -107,7 +107,7 @@ async def _record(recorder: Recorder, target: str, options: dict[str, Any]) -> i
     try:
         close = await open_lines(Tape(recorder, end), target, options)
         error = await over
-        close()
+        await close()
     except LinkError as problem:
         raise CliError(str(problem)) from None
     if isinstance(error, LinkError):
@@ -118,7 +118,7 @@ async def _record(recorder: Recorder, target: str, options: dict[str, Any]) -> i
     return 0
 
 
-async def _open_bus(tape: Tape, target: str, options: dict[str, Any]) -> Callable[[], None]:
+async def _open_bus(tape: Tape, target: str, options: dict[str, Any]) -> Callable[[], Awaitable[None]]:
     """Listen to a CAN bus; returns what ends that."""
     from tmcm34x.capture.proxy import BusTap
     from tmcm34x.host.exceptions import LinkError as UrlError
@@ -138,10 +138,10 @@ async def _open_bus(tape: Tape, target: str, options: dict[str, Any]) -> Callabl
     interface, _, channel = url.target.partition(":")
     link = CanBusLink(interface, channel, url.can.bitrate)
     click.echo(f"ready {link.kind} {await link.open(BusTap(tape, url.can.reply).connect)}")
-    return link.close
+    return link.finish
 
 
-async def _open_lines(tape: Tape, target: str, options: dict[str, Any]) -> Callable[[], None]:
+async def _open_lines(tape: Tape, target: str, options: dict[str, Any]) -> Callable[[], Awaitable[None]]:
     """Put lines for hosts and the module's together; returns what closes all."""
     from tmcm34x.capture.proxy import Proxy, SlcanLog
 
@@ -151,7 +151,7 @@ async def _open_lines(tape: Tape, target: str, options: dict[str, Any]) -> Calla
     for link in links:
         click.echo(f"ready {link.kind} {await link.open(proxy.connect)}")
 
-    def close_all() -> None:
+    async def close_all() -> None:
         for link in links:
             link.close()
         close()

@@ -45,6 +45,15 @@ class CanBusLink:
         )
         return name
 
+    async def finish(self) -> None:
+        """Leave the bus when all frames that it has sent so far are delivered."""
+        if self._notifier is not None and self._bus is not None:
+            self._notifier.stop()
+            await asyncio.sleep(0)  # frames that the notifier has passed to the loop
+            while (message := self._bus.recv(0)) is not None:
+                self._receive(message)
+        self.close()
+
     def close(self) -> None:
         """Leave the bus."""
         if self._notifier is not None:
