@@ -95,15 +95,33 @@ def core_sources() -> list[Path]:
 
 
 def compile_core(work: Path) -> dict[str, Path]:
-    """Compile the core below `work`; the extension modules by their names below src.  Raises `CoreError`."""
+    """Compile the core below `work`; the extension modules by their names below src.  Raises `CoreError`.
+
+    What was compiled there before from the same sources is taken again.
+    """
+    library, stamp, sources = work / "lib", work / "sources", _core_digest()
+    if not stamp.is_file() or stamp.read_text() != sources:
+        stamp.unlink(missing_ok=True)
+        _compile(work)
+        stamp.write_text(sources)
+    return {str(path.relative_to(library)): path for path in sorted(library.rglob("*")) if is_extension(path)}
+
+
+def _core_digest() -> str:
+    """Of the interpreter, of what builds the core, and of its sources."""
+    digest = sha256(f"{sys.version}\0{sys.platform}\0{Path(sys.prefix).resolve()}".encode())
+    for file in [Path(__file__), *core_sources()]:
+        digest.update(str(file.resolve().relative_to(ROOT.resolve())).encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()
+
+
+def _compile(work: Path) -> None:
     shutil.rmtree(work / "lib", ignore_errors=True)
     command = [sys.executable, str(Path(__file__).resolve()), "--extensions", str(work)]
     result = subprocess.run(command, cwd=SOURCE, capture_output=True, text=True, check=False)
     if result.returncode:
         lines = [line for line in (result.stderr + result.stdout).splitlines() if "rror" in line]
         raise CoreError(lines[0] if lines else f"the compiler ended with status {result.returncode}")
-    library = work / "lib"
-    return {str(path.relative_to(library)): path for path in sorted(library.rglob("*")) if is_extension(path)}
 
 
 def is_extension(path: Path) -> bool:
