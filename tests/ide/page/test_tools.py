@@ -14,7 +14,7 @@ from ide.page.driver import Ide, choose, figure, until
 def test_curves_are_drawn_chosen_and_exported(page: Page):
     page.keyboard.press("F9")
     until(page, lambda: figure(page, 0, "speed") == 500)
-    canvas = page.locator(".plot canvas")
+    canvas = page.locator(".plot .canvas canvas")
     expect(canvas).to_be_visible()
     page.get_by_role("button", name="load", exact=True).click()
     page.get_by_role("button", name="More curves").click()

@@ -306,7 +306,7 @@ const FOLLOW_MS = 200;
 let followTimer = 0;
 effect(() => {
     if (!followOn.value || !running.value) return;
-    void counter.value;
+    void executed.value;
     if (followTimer) return;
     followTimer = window.setTimeout(() => {
         followTimer = 0;
