@@ -198,7 +198,8 @@ export function Modal(props: { label: string; class: string; onClose: () => void
             ref={dialog}
             class={props.class}
             aria-label={props.label}
-            onClose={props.onClose}
+            // A dialog that is gone from the page says so later: another one may be open by then.
+            onClose={event => event.currentTarget.isConnected && props.onClose()}
             onPointerDown={event => event.target === event.currentTarget && props.onClose()}
         >
             {props.children}
