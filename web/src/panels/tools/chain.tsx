@@ -1,10 +1,8 @@
 // The driver chain of the motion chip: which signal stands at which bit of the drivers' datagram.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { online } from "../../logic/app";
 import { CHAIN_END, SIGNALS, cells, readTable, tmc246Chain } from "../../logic/chip_tables";
-import { Empty } from "../../widgets/basics";
-import { Apply } from "./wave";
+import { Apply, NotRead } from "./wave";
 
 const SIGNAL = 0x1f;
 const PRESETS = [
@@ -27,14 +25,7 @@ export function Chain() {
     const known = cells.value.driver_chain;
     const draft = useSignal<number[] | null>(null);
     useEffect(() => void readTable("driver_chain"), []);
-    if (!known)
-        return (
-            <Empty icon="list" title="Not read yet">
-                <button class="link" disabled={!online.value} onClick={() => readTable("driver_chain")}>
-                    Read the chain of the module
-                </button>
-            </Empty>
-        );
+    if (!known) return <NotRead icon="list" name="driver_chain" what="chain" />;
     const shown = draft.value ?? known;
     const changed = shown.filter((value, at) => value !== known[at]).length;
     const owners = drivers(shown);

@@ -20,19 +20,21 @@ const line = (table: readonly number[], shift: number): string =>
         return `${place ? "L" : "M"}${x.toFixed(1)} ${(MIDDLE - coil(table, (place + shift) & 255) * SCALE).toFixed(1)}`;
     }).join("");
 
+/** In place of a table that the module has not sent. */
+export const NotRead = (props: { icon: string; name: Parameters<typeof readTable>[0]; what: string }) => (
+    <Empty icon={props.icon} title="Not read yet">
+        <button class="link" disabled={!online.value} onClick={() => readTable(props.name)}>
+            Read the {props.what} of the module
+        </button>
+    </Empty>
+);
+
 export function Wave() {
     const known = cells.value.microstep_table;
     const draft = useSignal<number[] | null>(null);
     const offset = useSignal(0);
     useEffect(() => void readTable("microstep_table"), []);
-    if (!known)
-        return (
-            <Empty icon="wave" title="Not read yet">
-                <button class="link" disabled={!online.value} onClick={() => readTable("microstep_table")}>
-                    Read the wave of the module
-                </button>
-            </Empty>
-        );
+    if (!known) return <NotRead icon="wave" name="microstep_table" what="wave" />;
     const shown = draft.value ?? known;
     const changed = shown.filter((value, at) => value !== known[at]).length;
     const set = (at: number, value: number) => (draft.value = shown.map((old, n) => (n === at ? value : old)));
