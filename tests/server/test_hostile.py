@@ -11,7 +11,6 @@ import socket
 import struct
 import subprocess
 import sys
-import time
 import tty
 from pathlib import Path
 
@@ -118,7 +117,7 @@ def control(target, draw):
 ATTACKS = (rubbish, torn, glued, reset, never_reads, many, terminal("pty"), terminal("slcan"), control)
 
 
-def test_a_server_survives_hosts_as_they_should_not_be(serve, tmp_path):
+def test_a_server_survives_hosts_as_they_should_not_be(serve, tmp_path, wait_for):
     path = tmp_path / "control"
     served = serve("--tcp", 0, "--pty", "--slcan", "--control", path, "--eeprom", tmp_path / "memory")
     target, draw = Target(served, str(path)), random.Random(34)
@@ -141,14 +140,7 @@ def test_a_server_survives_hosts_as_they_should_not_be(serve, tmp_path):
                 assert answers()
         assert answers()
         assert target.memory - memory < MOST_MEMORY
-        assert wait_until(lambda: target.files <= files + 2)
-
-
-def wait_until(condition):
-    end_s = time.monotonic() + 10
-    while not condition() and time.monotonic() < end_s:
-        time.sleep(0.01)
-    return condition()
+        assert wait_for(lambda: target.files <= files + 2, 10.0)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
