@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -223,6 +224,23 @@ def test_an_input_held_by_hand_is_given_back_to_the_bench(open_ide: OpenIde):
     page.get_by_role("button", name="Give input 0 back to the bench").click()
     expect(page.get_by_role("button", name="Give input 0 back to the bench")).to_have_count(0)
     until(page, lambda: level.input_value() != "77")
+
+
+def test_a_value_that_moves_leaves_the_selection(page: Page, ide: Ide, window: Callable[[str], Page]):
+    other = window(ide.url)
+    levels = []
+    for shown in (page, other):
+        tab(shown, "Bench")
+        levels.append(shown.get_by_role("textbox", name="Value of input 0"))
+    mine, theirs = levels
+    mine.select_text()
+    theirs.fill("300")
+    theirs.press("Enter")
+    expect(mine).to_have_value("300")
+    page.keyboard.insert_text("77")
+    expect(mine).to_have_value("77")
+    page.keyboard.press("Enter")
+    expect(theirs).to_have_value("77")
 
 
 def test_stop_all_does_not_say_what_is_not_so(page: Page):

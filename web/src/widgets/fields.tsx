@@ -30,6 +30,14 @@ export function readWithin(text: string, limits: Limits): number | null {
     return value >= (limits.low ?? -Infinity) && value <= (limits.high ?? Infinity) ? value : null;
 }
 
+/** Show another value; a text that is selected as a whole stays so: what is typed next replaces it, whenever the value moves. */
+function showText(field: HTMLInputElement, text: string): void {
+    if (field.value === text) return;
+    const whole = field.value !== "" && field.selectionStart === 0 && field.selectionEnd === field.value.length;
+    field.value = text;
+    if (whole && document.activeElement === field) field.select();
+}
+
 interface Common extends Limits {
     label: string;
     width?: number;
@@ -97,13 +105,14 @@ export function NumberField(props: Common & { value: number | string; onCommit: 
         field.current!.value = String(props.value);
     };
     useEffect(() => {
-        if (draft.peek() === null) field.current!.value = String(props.value);
+        if (draft.peek() === null) showText(field.current!, String(props.value));
     }, [props.value]);
     const send = () => {
-        if (draft.value === null || value === null) return;
-        props.onCommit(value);
+        const typed = draft.peek() === null ? null : readWithin(draft.peek()!, props);
+        if (typed === null) return;
+        props.onCommit(typed);
         draft.value = null;
-        field.current!.value = String(value);
+        field.current!.value = String(typed);
     };
     const state = draft.value === null ? "" : wrong ? "wrong unsent" : "unsent";
     return (
