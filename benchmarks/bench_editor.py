@@ -5,7 +5,7 @@ waits for the message with the findings.  What counts is the server's processor 
 further changes, so that other work on the computer does not; on systems where the processor time of another process
 cannot be read, the wall clock counts.
 
-Must reach: 60 ms from the change to the diagnostics, median.
+Must reach: 60 ms from the change to the diagnostics, after each of the keystrokes.
 """
 
 import json
@@ -61,11 +61,9 @@ class Server:
 def long_program() -> list[str]:
     """10,000 lines, most of them comments and constants, with names from an include file."""
     lines = ["#include TMCLParam.tmc", *(f"Unused{n} = {n}" for n in range(300)), *program().split("\n")]
-    spread = [line for pair in ((line, *_REMARKS) for line in lines) for line in pair]
-    return [*spread, *["// the end"] * (10_000 - len(spread))]
-
-
-_REMARKS = ("        // a remark", "", "// another one")
+    remarks = ("        // a remark on {}", "", "// what comes after {}")
+    spread = [text.format(n) for n, line in enumerate(lines) for text in (line, *remarks)]
+    return [*spread, *(f"// the end, {n}" for n in range(10_000 - len(spread)))]
 
 
 def measure(server: Server, uri: str, lines: list[str]) -> bool:
@@ -95,7 +93,7 @@ def measure(server: Server, uri: str, lines: list[str]) -> bool:
     server.send(method="textDocument/didClose", params={"textDocument": {"uri": uri}})
     server.diagnostics()
     middle, worst = statistics.median(times[WARM_UP:]), max(times[WARM_UP:])
-    ok = middle <= LIMIT_MS
+    ok = worst <= LIMIT_MS
     print(f"{len(lines):>6} lines: diagnostics {middle:.1f} ms after a keystroke, at worst {worst:.1f} ms; must be at "
           f"most {LIMIT_MS} ms  {'ok' if ok else 'MISSED'} (wall clock {statistics.median(walls):.1f} ms)")  # fmt: skip
     return ok

@@ -1,5 +1,6 @@
 """What an editor asks about a program."""
 
+import gc
 import posixpath
 
 import pytest
@@ -408,6 +409,24 @@ def test_mistakes_in_an_included_file_show_at_the_include_line():
     files["/p/b.inc"] = "// nothing"
     programs.refresh()
     assert [d.code for d in programs.analysis("/p/main.tmc").diagnostics("/p/main.tmc")] == []
+
+
+def test_a_text_that_is_replaced_leaves_nothing_for_the_garbage_collector():
+    programs, _ = workspace({"/lib/names.inc": "X = 1"})
+    texts = (
+        "#include names.inc\n#include TMCLParam.tmc\nROR 0, X + APMaxSpeed\nSTOP",
+        "#include missing.inc\nROR 0, Y +\nL: JA L + 1",
+    )
+    gc.collect()
+    gc.disable()
+    try:
+        for text in texts:
+            programs.put("/p/main.tmc", text)
+            programs.analysis("/p/main.tmc").diagnostics("/p/main.tmc")
+        programs.close("/p/main.tmc")
+        assert gc.collect() == 0
+    finally:
+        gc.enable()
 
 
 def test_a_missing_include_is_found_once_it_is_opened():

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import posixpath
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from functools import lru_cache
 from typing import Final, Protocol
 
@@ -31,7 +32,8 @@ class Files(Protocol):
 
 
 _LONG_LINE: Final = 400
-_CACHED_LINES: Final = 8192
+_CACHED_LINES: Final = 32768
+"""More than the lines of any program, so that none is parsed again while another one is changed."""
 
 _remembered = lru_cache(maxsize=_CACHED_LINES)(parse_line)
 
@@ -160,12 +162,13 @@ class Workspace:
         for place in places:
             if place in self.texts:
                 return place, self.texts[place]
-        problem: Exception = FileNotFoundError(2, "no such file here or on the include path")
-        for place in places:
-            folder, base = posixpath.split(place)
-            found = posixpath.join(folder, fitting(base, self.files.names(folder)) or base)
-            try:
-                return found, self._text(found)
-            except (OSError, ValueError) as error:
-                problem = error
-        raise problem
+        for place in places[:-1]:  # an exception kept for later would keep the whole analysis alive
+            with suppress(OSError, ValueError):
+                return self._fitting(place)
+        return self._fitting(places[-1])
+
+    def _fitting(self, place: str) -> tuple[str, str]:
+        """Name and text of a file; raises `OSError` or `ValueError` where it cannot be read."""
+        folder, base = posixpath.split(place)
+        found = posixpath.join(folder, fitting(base, self.files.names(folder)) or base)
+        return found, self._text(found)

@@ -91,10 +91,13 @@ class FirstPass:
         messages = self._messages
         branches: list[_Branch] = []
         for number, line in enumerate(lines, 1):
+            labels, statement, _, problems = line
+            if statement is None and not (labels or problems or branches):
+                continue
             messages.file, messages.number = file, number
-            if type(line.statement) is Directive:
+            if type(statement) is Directive:
                 self.left_out.add((file, number))
-                self._directive(line.statement, branches)
+                self._directive(statement, branches)
             elif branches and not branches[-1].counts:
                 self.left_out.add((file, number))
             else:

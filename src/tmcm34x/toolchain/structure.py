@@ -57,17 +57,26 @@ def _value(text: str, start: int, end: int, value_of: Callable[[Token], float]) 
 
 def local_labels(texts: Sequence[str]) -> dict[int, tuple[Change, ...]]:
     """The changes that make plain names of local labels, by line counted from 0."""
+    found = {index: match for index, text in enumerate(texts) if "." in text and (match := _locals(text))}
+    routine, start = "", 0
     changes: dict[int, tuple[Change, ...]] = {}
-    routine = ""
-    for index, text in enumerate(texts):
-        code = text.partition("//")[0]
-        above = _LABEL.match(code)
-        routine = above[1] if above is not None else routine
-        if "." in code and not code.lstrip().startswith("#"):
-            found = tuple((*match.span(), f"{routine}_{match[1]}") for match in _LOCAL.finditer(code))
-            if found:
-                changes[index] = found
+    for index, matches in found.items():
+        routine = _routine(texts[start : index + 1]) or routine
+        start = index + 1
+        changes[index] = tuple((*match.span(), f"{routine}_{match[1]}") for match in matches)
     return changes
+
+
+def _locals(text: str) -> list[re.Match[str]]:
+    """The local labels that a line defines or names."""
+    code = text.partition("//")[0]
+    return [] if code.lstrip().startswith("#") else list(_LOCAL.finditer(code))
+
+
+def _routine(texts: Sequence[str]) -> str:
+    """The last label that some lines define; empty where they define none."""
+    labels = (_LABEL.match(text.partition("//")[0]) for text in reversed(texts))
+    return next((label[1] for label in labels if label is not None), "")
 
 
 def emit_tmcl(assembly: Assembly) -> str:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Final
+from functools import lru_cache
+from itertools import chain
+from typing import Final, NamedTuple
 
 from tmcm34x.tmcl import axis_parameters, global_parameters
 from tmcm34x.tmcl.commands import (
@@ -21,6 +23,7 @@ from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain import parser, sisters
 from tmcm34x.toolchain.assembler import Code
 from tmcm34x.toolchain.diagnostics import Edit, Fix, Location
+from tmcm34x.toolchain.expressions import Operand as Written
 from tmcm34x.toolchain.linter.findings import Findings, field_location, is_number, name_of
 from tmcm34x.toolchain.tokens import Token
 
@@ -31,7 +34,6 @@ _MOVES: Final = {
     _MVP["COORD"]: (0, COORDINATES - 1),
 }
 """Values of MVP that can be right, by mode: an offset may lead from one end of the range to the other."""
-_SPARE: Final = {row.mnemonic: row.spare for row in COMMANDS}
 _WAIT_WORDS: Final = dict(BY_MNEMONIC["WAIT"].operands[0].words)
 _CALC_WORDS: Final = dict(BY_MNEMONIC["CALC"].operands[0].words)
 _COORD: Final = dict(BY_MNEMONIC["MVP"].operands[0].words)["COORD"]
@@ -59,116 +61,156 @@ _PORTS: Final = {
 """Ports by command and bank (manual 6.7.14, 6.7.15)."""
 
 
+class Verdict(NamedTuple):
+    """What is wrong with an instruction, whatever stands around it.
+
+    field: whose operand has the mistake
+    change: title and text of the operand that would be right
+    once: reported at the first of all lines that have it
+    """
+
+    code: str
+    field: Field
+    text: str
+    change: tuple[str, str] | None = None
+    once: bool = False
+
+
+_Verdicts = Iterator[Verdict]
+
+
 def check_commands(found: Findings) -> None:
-    """Report what is wrong with single commands (W201, W3xx, W403)."""
+    """Report what is wrong with single commands (W106, W201, W3xx, W403)."""
+    count = len(found.assembly.code)
     for code in found.assembly.code:
         row, instruction = code.row, code.instruction
-        if row is None or instruction is None:
+        statement = code.line.statement
+        if row is None or instruction is None or not isinstance(statement, parser.Command):
             continue
-        for operand in row.operands:
-            check = _BY_KIND.get(operand.kind)
-            if check is not None:
-                check(found, code, instruction, operand)
-        more = _BY_MNEMONIC.get(row.mnemonic)
-        if more is not None:
-            more(found, code, instruction)
-        spare = _SPARE[row.mnemonic]
-        if spare:
-            _surplus(found, code, instruction, spare)
-        _fractions(found, code, row)
+        for verdict in verdicts(row.mnemonic, instruction, found.model):
+            _pronounce(found, code, verdict)
+        if row.mnemonic in _JUMPS and not 0 <= instruction.value < count:
+            text = f"address {instruction.value} is outside of the program, which ends at {count - 1}"
+            found.report("W106", field_location(code, "value"), text)
+        if len(statement.operands) > len(row.operands):
+            _surplus(found, code, instruction, row.spare)
+        _fractions(found, code, row, statement)
 
 
-def _motor(found: Findings, code: Code, instruction: Instruction, operand: Operand) -> None:
-    motor, name = instruction.motor, name_of(code)
-    if motor < MOTORS or (name in _SPECIAL_MOTORS and _SPECIAL_MOTORS[name](instruction)):
-        return
-    found.report(
-        "W303", field_location(code, operand.field), f"no motor {motor}; there are 0 to {MOTORS - 1}"
+@lru_cache(maxsize=4096)
+def verdicts(mnemonic: str, instruction: Instruction, model: int) -> tuple[Verdict, ...]:
+    """What the module will refuse in an instruction, or what cannot be meant."""
+    checks = _CHECKS[mnemonic]
+    return tuple(
+        chain.from_iterable(check(mnemonic, instruction, operand, model) for check, operand in checks)
     )
 
 
-def _axis_parameter(found: Findings, code: Code, instruction: Instruction, operand: Operand) -> None:
-    place, name = field_location(code, operand.field), name_of(code)
-    row = axis_parameters.BY_NUMBER.get(instruction.type)
+def _pronounce(found: Findings, code: Code, verdict: Verdict) -> None:
+    place = field_location(code, verdict.field)
+    if verdict.once:
+        found.gather(verdict.code, place, verdict.text)
+        return
+    fixes: list[Fix] = []
+    if verdict.change is not None:
+        title, text = verdict.change
+        fixes.append(Fix(title, (Edit(place, text),)))
+    found.report(verdict.code, place, verdict.text, fixes)
+
+
+def _motor(name: str, instruction: Instruction, operand: Operand, _model: int) -> _Verdicts:
+    motor = instruction.motor
+    if motor >= MOTORS and not (name in _SPECIAL_MOTORS and _SPECIAL_MOTORS[name](instruction)):
+        yield Verdict("W303", operand.field, f"no motor {motor}; there are 0 to {MOTORS - 1}")
+
+
+def _axis_parameter(name: str, instruction: Instruction, operand: Operand, model: int) -> _Verdicts:
+    row, field = axis_parameters.BY_NUMBER.get(instruction.type), operand.field
     if row is None:
         foreign = sisters.axis_parameter(instruction.type)
         hint = "" if foreign is None else f": it is of {foreign.owner}; a TMCM-34x has {foreign.instead}"
-        found.gather("W305", place, f"no axis parameter {instruction.type}{hint}")
-    elif found.model not in row.models:
-        found.gather("W302", place, f"a TMCM-{found.model} has no parameter {row.number} ({row.name})")
+        yield Verdict("W305", field, f"no axis parameter {instruction.type}{hint}", once=True)
+    elif model not in row.models:
+        yield Verdict("W302", field, f"a TMCM-{model} has no parameter {row.number} ({row.name})", once=True)
     elif name in _WRITES_PARAMETER and not row.writable:
-        found.report("W304", place, f"parameter {row.number} ({row.name}) is read-only")
+        yield Verdict("W304", field, f"parameter {row.number} ({row.name}) is read-only")
     elif name in _STORES_PARAMETER and not row.stored:
-        found.report("W306", place, f"parameter {row.number} ({row.name}) is not stored")
+        yield Verdict("W306", field, f"parameter {row.number} ({row.name}) is not stored")
     elif name == "SAP":
-        _range(found, "W301", code, (row.low, row.high), f"parameter {row.number} ({row.name})")
+        yield from _range("W301", instruction, (row.low, row.high), f"parameter {row.number} ({row.name})")
 
 
-def _global_parameter(found: Findings, code: Code, instruction: Instruction, operand: Operand) -> None:
-    place, name = field_location(code, operand.field), name_of(code)
-    number, bank = instruction.type, instruction.motor
+def _global_parameter(name: str, instruction: Instruction, operand: Operand, _model: int) -> _Verdicts:
+    number, bank, field = instruction.type, instruction.motor, operand.field
     row = global_parameters.BY_NUMBER.get((bank, number))
     if bank not in (0, 2):
-        found.report("W305", field_location(code, "motor"), f"no bank {bank}; there are 0 and 2")
+        yield Verdict("W305", "motor", f"no bank {bank}; there are 0 and 2")
     elif row is None:
-        found.report("W305", place, f"no parameter {number} in bank {bank}")
+        yield Verdict("W305", field, f"no parameter {number} in bank {bank}")
     elif name in _WRITES_PARAMETER and not row.writable:
-        found.report("W304", place, f"parameter {number} ({row.name}) is read-only")
+        yield Verdict("W304", field, f"parameter {number} ({row.name}) is read-only")
     elif name in _STORES_PARAMETER and not (bank == 2 or number in _STORED_TABLES):
         reason = "is stored by SGP itself" if row.stored else "is not stored"
-        found.report("W306", place, f"parameter {number} ({row.name}) {reason}")
+        yield Verdict("W306", field, f"parameter {number} ({row.name}) {reason}")
     elif name == "SGP" and row.key in _KEYED and instruction.value not in _KEYED[row.key]:
         wanted = " or ".join(map(str, _KEYED[row.key]))
         text = f"{instruction.value} is none of the values of parameter {number} ({row.name}): {wanted}"
-        found.report("W301", field_location(code, "value"), text)
+        yield Verdict("W301", "value", text)
     elif name == "SGP":
-        _range(found, "W301", code, (row.low, row.high), f"parameter {number} ({row.name})")
+        yield from _range("W301", instruction, (row.low, row.high), f"parameter {number} ({row.name})")
 
 
-def _port(found: Findings, code: Code, instruction: Instruction, operand: Operand) -> None:
-    name, bank, port = name_of(code), instruction.motor, instruction.type
+def _port(name: str, instruction: Instruction, operand: Operand, _model: int) -> _Verdicts:
+    bank, port = instruction.motor, instruction.type
     ports = _PORTS[name].get(bank)
     if ports is None:
-        found.report("W305", field_location(code, "motor"), f"{name} has no bank {bank}")
+        yield Verdict("W305", "motor", f"{name} has no bank {bank}")
     elif port not in ports:
-        found.report("W305", field_location(code, operand.field), f"no port {port} in bank {bank}")
+        yield Verdict("W305", operand.field, f"no port {port} in bank {bank}")
 
 
-def _number(found: Findings, code: Code, instruction: Instruction, operand: Operand) -> None:
-    name = name_of(code)
-    if name in ("SAP", "SGP"):
+def _number(name: str, instruction: Instruction, operand: Operand, _model: int) -> _Verdicts:
+    if name in ("SAP", "SGP") or (name == "SCO" and instruction.motor == _COPY):
         return
     low, high = operand.low, operand.high
     if name == "SIO" and instruction.type != _ALL_PORTS:
         low, high = 0, 1
-    elif name == "SCO" and instruction.motor == _COPY:
-        return
     elif name == "MVP":
         low, high = _MOVES[instruction.type]
-    _range(found, "W307", code, (low, high), f"the {operand.name} of {name}", field=operand.field)
+    yield from _range("W307", instruction, (low, high), f"the {operand.name} of {name}", operand.field)
 
 
-def _coordinate(found: Findings, code: Code, _instruction: Instruction, operand: Operand) -> None:
-    _range(found, "W307", code, (operand.low, operand.high), "the coordinate", field=operand.field)
+def _coordinate(_name: str, instruction: Instruction, operand: Operand, _model: int) -> _Verdicts:
+    yield from _range("W307", instruction, (operand.low, operand.high), "the coordinate", operand.field)
 
 
-def _address(found: Findings, code: Code, instruction: Instruction, operand: Operand) -> None:
-    count = len(found.assembly.code)
-    if not 0 <= instruction.value < count:
-        text = f"address {instruction.value} is outside of the program, which ends at {count - 1}"
-        found.report("W106", field_location(code, operand.field), text)
+def _wait(_name: str, instruction: Instruction, _operand: Operand, _model: int) -> _Verdicts:
+    if instruction.type in _ENDLESS_WAITS and instruction.value == 0:
+        change = f"Wait {_TIMEOUT_TICKS // 100} s at most", str(_TIMEOUT_TICKS)
+        yield Verdict("W201", "value", f"WAIT {_ENDLESS_WAITS[instruction.type]} without a time-out", change)
+
+
+def _calculation(_name: str, instruction: Instruction, _operand: Operand, _model: int) -> _Verdicts:
+    if instruction.value == 0 and instruction.type in (_CALC_WORDS["DIV"], _CALC_WORDS["MOD"]):
+        yield Verdict("W309", "value", "division by zero")
+
+
+def _range(
+    code: str, instruction: Instruction, limits: tuple[int, int], what: str, field: Field = "value"
+) -> _Verdicts:
+    low, high = limits
+    value = getattr(instruction, field)
+    if not low <= value <= high:
+        nearest = low if value < low else high
+        text = f"{value} is out of range for {what}: {low} to {high}"
+        yield Verdict(code, field, text, (f"Change {value} to {nearest}", str(nearest)))
 
 
 def _surplus(found: Findings, code: Code, instruction: Instruction, spare: tuple[Field, ...]) -> None:
-    statement = code.line.statement
-    ends = (
-        name_of(code) in ("STOP", "RSUB")
-        and isinstance(statement, parser.Command)
-        and bool(statement.operands)
-    )
+    name = name_of(code)
+    ends = name in ("STOP", "RSUB")
     for field in spare[:1] if ends else spare:
         if ends or getattr(instruction, field):
-            name = name_of(code)
             text = f"{name} ignores its {field} field"
             if name in ("AAP", "AGP", "ACO"):
                 text += ": it takes the value from the accumulator"
@@ -186,29 +228,10 @@ def _without(code: Code, place: Location) -> Iterator[Fix]:
     yield Fix("Remove what has no effect", (Edit(surplus, ""),))
 
 
-def _wait(found: Findings, code: Code, instruction: Instruction) -> None:
-    if instruction.type in _ENDLESS_WAITS and instruction.value == 0:
-        place = field_location(code, "value")
-        fix = Fix(f"Wait {_TIMEOUT_TICKS // 100} s at most", (Edit(place, str(_TIMEOUT_TICKS)),))
-        found.report("W201", place, f"WAIT {_ENDLESS_WAITS[instruction.type]} without a time-out", [fix])
-
-
-def _calculation(found: Findings, code: Code, instruction: Instruction) -> None:
-    if instruction.value == 0 and instruction.type in (_CALC_WORDS["DIV"], _CALC_WORDS["MOD"]):
-        found.report("W309", field_location(code, "value"), "division by zero")
-
-
-def _fractions(found: Findings, code: Code, row: Command) -> None:
+def _fractions(found: Findings, code: Code, row: Command, statement: parser.Command) -> None:
     """Numbers that lose a fraction: in a value where they are written with one, elsewhere always."""
-    statement = code.line.statement
-    if not isinstance(statement, parser.Command):
-        return
     for operand, written in zip(row.operands, statement.operands, strict=False):
-        if (
-            written is None
-            or operand.kind == "word"
-            or (isinstance(written, Token) and written.text.isdecimal())
-        ):
+        if written is None or operand.kind == "word" or _is_whole(found, written):
             continue
         value = found.exact_value(written, literally=operand.field == "value")
         if value is not None and value != round(value):
@@ -218,17 +241,11 @@ def _fractions(found: Findings, code: Code, row: Command) -> None:
             found.report("W310", place, text, [fix] if is_number(written) else [])
 
 
-def _range(
-    found: Findings, code: str, where: Code, limits: tuple[int, int], what: str, *, field: Field = "value"
-) -> None:
-    low, high = limits
-    value = getattr(where.instruction, field)
-    if low <= value <= high:
-        return
-    place = field_location(where, field)
-    nearest = low if value < low else high
-    fix = Fix(f"Change {value} to {nearest}", (Edit(place, str(nearest)),))
-    found.report(code, place, f"{value} is out of range for {what}: {low} to {high}", [fix])
+def _is_whole(found: Findings, operand: Written) -> bool:
+    """Whether an operand is a number or a name, and its value a whole number."""
+    if type(operand) is not Token:
+        return False
+    return operand.text.upper() not in found.broken if operand.kind == "name" else operand.text.isdecimal()
 
 
 def _several_motors(instruction: Instruction) -> bool:
@@ -245,12 +262,20 @@ _SPECIAL_MOTORS: Final[Mapping[str, Callable[[Instruction], bool]]] = {
 }
 """What else than 0 to 2 the motor field of a command may hold."""
 _ENDLESS_WAITS: Final = {_WAIT_WORDS[word]: word for word in ("REFSW", "LIMSW", "RFS")}
-_Check = Callable[[Findings, Code, Instruction, Operand], None]
+_Check = Callable[[str, Instruction, Operand, int], _Verdicts]
 _BY_KIND: Final[Mapping[str, _Check]] = {
     "motor": _motor, "axis_parameter": _axis_parameter, "global_parameter": _global_parameter, "port": _port,
-    "number": _number, "coordinate": _coordinate, "address": _address,
+    "number": _number, "coordinate": _coordinate,
 }  # fmt: skip
-_BY_MNEMONIC: Final[Mapping[str, Callable[[Findings, Code, Instruction], None]]] = {
-    "WAIT": _wait,
-    "CALC": _calculation,
-}
+_BY_MNEMONIC: Final[Mapping[str, _Check]] = {"WAIT": _wait, "CALC": _calculation}
+"""What is checked of a command beside its operands."""
+_JUMPS: Final = frozenset(row.mnemonic for row in COMMANDS for o in row.operands if o.kind == "address")
+
+
+def _checks(row: Command) -> Iterator[tuple[_Check, Operand]]:
+    yield from ((_BY_KIND[operand.kind], operand) for operand in row.operands if operand.kind in _BY_KIND)
+    if row.mnemonic in _BY_MNEMONIC:
+        yield _BY_MNEMONIC[row.mnemonic], row.operands[0]
+
+
+_CHECKS: Final = {row.mnemonic: tuple(_checks(row)) for row in COMMANDS}

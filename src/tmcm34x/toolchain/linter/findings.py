@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import Final
 
@@ -21,6 +21,8 @@ Numbered = list[tuple[int, Instruction]]
 """The instructions of a program with their addresses."""
 _SEVERAL: Final = 3
 """Different parameters missing from the model make it likely that a program is for another one."""
+_SIGNED: Final = 2
+"""Steps of a number with its sign."""
 _WRITTEN_FOR_ANOTHER: Final = "; was the program written for another module?"
 
 
@@ -55,6 +57,21 @@ class Findings:
         lines = {(item.location.file, item.location.line) for item in errors}
         texts = (self.assembly.sources[file][line - 1].partition("//")[0] for file, line in lines)
         return frozenset(word.upper() for text in texts for word in re.findall(r"\w+", text))
+
+    @cached_property
+    def broken(self) -> frozenset[str]:
+        """The constants whose value has a fraction, in upper case."""
+        return frozenset(key for key, symbol in self.assembly.symbols.items() if symbol.value % 1)
+
+    @cached_property
+    def addresses_are_labels(self) -> bool:
+        """Whether all jumps stay right when commands move: none goes to a number."""
+        labels = {key for key, symbol in self.assembly.symbols.items() if symbol.kind == "label"}
+        return all(
+            isinstance(operand, Token) and operand.text.upper() in labels
+            for code in self.assembly.code
+            for operand in _addresses(code)
+        )
 
     def report(self, code: str, location: Location, text: str, fixes: Iterable[Fix] = ()) -> None:
         """Add a finding, unless a comment on its line suppresses it."""
@@ -107,7 +124,7 @@ def is_number(operand: Operand) -> bool:
     """Whether an operand is a number as it stands there, with a minus or not."""
     if isinstance(operand, Token):
         return operand.kind == "number"
-    return [step[0] for step in operand.steps] == ["number", "unary"]
+    return len(operand.steps) == _SIGNED and [step[0] for step in operand.steps] == ["number", "unary"]
 
 
 def field_location(code: Code, field: Field) -> Location:
@@ -120,6 +137,17 @@ def field_location(code: Code, field: Field) -> Location:
         if operand is not None:
             return Location(code.location.file, code.location.line, operand.start + 1, operand.end + 1)
     return code.location
+
+
+def _addresses(code: Code) -> Iterator[Operand | None]:
+    """The operands of a command that are addresses; of a DATA line, which may hold one, None."""
+    statement = code.line.statement
+    if code.row is None:
+        yield None
+    elif isinstance(statement, Command):
+        for row, operand in zip(code.row.operands, statement.operands, strict=False):
+            if row.kind == "address":
+                yield operand
 
 
 def name_of(code: Code) -> str:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from tmcm34x.toolchain.assembler import Code, Symbol
 from tmcm34x.toolchain.diagnostics import Edit, Fix, shown
-from tmcm34x.toolchain.expressions import Operand
 from tmcm34x.toolchain.linter.findings import Findings, name_of
-from tmcm34x.toolchain.parser import Command, Constant
-from tmcm34x.toolchain.tokens import BLANKS, Token
+from tmcm34x.toolchain.parser import Constant
+from tmcm34x.toolchain.tokens import BLANKS
 
 
 def insertion(found: Findings, codes: Iterable[Code], command: str) -> tuple[Fix, ...]:
     """The fix that puts a command before others, after the labels of their lines."""
-    if not _addresses_are_labels(found):
+    if not found.addresses_are_labels:
         return ()
     edits = (Edit(c.location._replace(end=c.location.column), f"{command}\n        ") for c in codes)
     return (Fix(f"Insert {command}", tuple(edits)),)
@@ -22,7 +21,7 @@ def insertion(found: Findings, codes: Iterable[Code], command: str) -> tuple[Fix
 
 def removal(found: Findings, code: Code) -> tuple[Fix, ...]:
     """The fix that takes a command away and leaves the labels and the comment of its line."""
-    if not _addresses_are_labels(found):
+    if not found.addresses_are_labels:
         return ()
     return (Fix(f"Remove {name_of(code)}", (Edit(code.location, ""),)),)
 
@@ -40,24 +39,3 @@ def forgetting(found: Findings, symbol: Symbol) -> tuple[Fix, ...]:
     while text[end : end + 1] and text[end] in BLANKS:
         end += 1
     return (Fix(f"Remove {shown(symbol.name)}", (Edit(place._replace(end=end + 1), ""),)),)
-
-
-def _addresses_are_labels(found: Findings) -> bool:
-    """Whether all jumps stay right when commands move: none goes to a number."""
-    labels = {key for key, symbol in found.assembly.symbols.items() if symbol.kind == "label"}
-    return all(
-        isinstance(operand, Token) and operand.text.upper() in labels
-        for code in found.assembly.code
-        for operand in _addresses(code)
-    )
-
-
-def _addresses(code: Code) -> Iterator[Operand | None]:
-    """The operands of a command that are addresses; of a DATA line, which may hold one, None."""
-    statement = code.line.statement
-    if code.row is None:
-        yield None
-    elif isinstance(statement, Command):
-        for row, operand in zip(code.row.operands, statement.operands, strict=False):
-            if row.kind == "address":
-                yield operand

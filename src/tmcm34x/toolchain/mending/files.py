@@ -42,7 +42,11 @@ class Mistake(NamedTuple):
 
 def mend(texts: Sequence[str], lines: list[parser.Line]) -> list[Mistake]:
     """Puts into `lines` what the wrong ones were meant to be; returns the mistakes."""
-    wrong = [index for index, line in enumerate(lines) if line.problems or _is_unknown(line.statement)]
+    wrong = [
+        index
+        for index, (_, statement, _, problems) in enumerate(lines)
+        if problems or (statement is not None and _is_unknown(statement))
+    ]
     return _File(texts, lines).mend(wrong[:_MOST]) if wrong else []
 
 
