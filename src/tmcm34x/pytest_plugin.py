@@ -35,7 +35,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     """Options of the command line."""
     group = parser.getgroup("tmcm34x", "modules TMCM-341, 342 and 343")
     group.addoption(
-        "--tmcm34x-port", metavar="PORT", help="run the tests on the real module at a port or tcp://HOST:PORT"
+        "--tmcm34x-port",
+        metavar="PORT",
+        help="run the tests on the real module there: a serial port, tcp://HOST:PORT, "
+        "can:INTERFACE:CHANNEL?id=1&reply=2 or slcan:DEVICE",
     )
     group.addoption(
         "--tmcm34x-baud", type=int, default=9600, metavar="RATE", help="bits per second of the port"
@@ -328,19 +331,22 @@ class SessionItem(pytest.Item):
     def _play_real(self) -> None:
         import time
 
-        from tmcm34x.bench.session.player import Player
-        from tmcm34x.bench.session.real import RealSerial
+        from tmcm34x.bench.session.real import kind_of, real_player
         from tmcm34x.bench.session.runner import playable
         from tmcm34x.host import Connection
 
         option = self.config.option
         module = _real(self.config, self.model, [])
-        steps = [] if self.case.bench or self.kind != "serial" else playable(self.case, module.model)
+        steps = [] if self.case.bench else playable(self.case, module.model)
         if not steps:
-            pytest.skip("needs a bench or a CAN bus")
-        with Connection.open(option.tmcm34x_port, baud=option.tmcm34x_baud) as connection:
-            wire = RealSerial(connection.line, time.monotonic)
-            player = Player(wire, str(self.path), self.case.title, address=option.tmcm34x_address)
+            pytest.skip("needs a bench")
+        where = {"baud": option.tmcm34x_baud, "address": option.tmcm34x_address}
+        with Connection.open(option.tmcm34x_port, **where) as connection:
+            if self.kind != kind_of(connection.line):
+                pytest.skip(
+                    f"needs {self.kind.replace('can', 'a CAN bus').replace('serial', 'a serial line')}"
+                )
+            player = real_player(connection, self.case, time.monotonic)
             for step in steps:
                 player.play(step)
             player.finish()

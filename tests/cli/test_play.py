@@ -4,6 +4,7 @@ import subprocess
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+import can
 import pytest
 
 from conftest import COMMAND
@@ -118,6 +119,49 @@ def test_a_session_is_played_at_a_port(serve, session, link):
     assert (result.returncode, result.stderr) == (0, "")
     assert "3 passed, 0 failed" in result.stdout
     assert "2 lines left out: they need a bench" in result.stdout
+
+
+ON_CAN = (
+    "== frames\n# links: can\n> id 1: 06 04 00 00 00 00 00\n< id 2: 01 64 06 00 00 03 e8\n"
+    "== bytes\n# links: serial\n> 01 06 04 00 00 00 00 00 0b\n< 100 1000\n"
+)
+
+
+def test_a_session_is_played_on_a_can_bus(serve, session):
+    port = f"slcan:{serve('--slcan', '--speed', '10').links[0][1]}"
+    result = play(session(GOOD + MOVING + ON_CAN), "--port", port, "--yes")
+    assert (result.returncode, result.stderr) == (0, "")
+    assert "4 passed, 0 failed" in result.stdout
+    assert "2 lines left out: they need a bench or another kind of line" in result.stdout
+    failed = play(session(BAD + "== silent\n> GAP 4, 0\n< -\n"), "--port", port)
+    assert "2 failed" in failed.stdout
+    assert "got       id 2: 01 64 06 00 00 03 e8" in failed.stdout
+
+
+def test_a_bus_that_brings_frames_back_to_their_sender_is_no_second_host(serve, session):
+    if not multicast_works():
+        pytest.skip("no IP multicast on this system, which the CAN bus udp_multicast is made of")
+    served = serve("--can", GROUP, "--slcan")
+    for port in (f"can:{GROUP}?reply=any", f"slcan:{dict(served.links)['slcan']}"):
+        result = play(session(GOOD + ON_CAN), "--port", port)
+        assert (result.returncode, result.stderr) == (0, ""), result.stdout
+
+
+GROUP = "udp_multicast:239.74.163.77"
+
+
+def multicast_works():
+    """Whether what one socket sends to a group of this machine comes to another."""
+    channel = GROUP.partition(":")[2]
+    try:
+        with (
+            can.Bus(interface="udp_multicast", channel=channel) as one,
+            can.Bus(interface="udp_multicast", channel=channel) as other,
+        ):
+            one.send(can.Message(arbitration_id=0x7FF, is_extended_id=False))
+            return other.recv(2) is not None
+    except (can.CanError, OSError):
+        return False
 
 
 def test_a_motion_is_asked_for(serve, session):

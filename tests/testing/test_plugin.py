@@ -364,6 +364,33 @@ def test_the_same_tests_run_on_a_port(serve, run, pytester):
     )
 
 
+ON_CAN = """
+    import can
+
+    def test_a_driver(tmcm343):
+        with can.Bus(**tmcm343.can) as bus:
+            bus.send(can.Message(arbitration_id=1, data=[6, 4, 0, 0, 0, 0, 0], is_extended_id=False))
+            assert bus.recv(5).data == bytes([1, 100, 6, 0, 0, 3, 232])
+        tmcm343.command("MVP ABS, 1, 500")
+        tmcm343.until("GAP 8, 1 is 100 1")
+
+    def test_needs_a_serial_port(tmcm343):
+        tmcm343.port
+"""
+
+
+def test_the_same_tests_run_on_a_can_bus(serve, run, pytester):
+    pytester.makefile(
+        ".session",
+        frames="# models: 343\n== frames\n# links: can\n> id 1: 06 04 00 00 00 00 00\n< 100 1000\n"
+        "== bytes\n# links: serial\n> GAP 4, 1\n< 100 1000\n",
+    )
+    port = f"slcan:{serve('--slcan', '--speed', '10').links[0][1]}"
+    result = run(ON_CAN, f"--tmcm34x-port={port}", "-rs")
+    result.assert_outcomes(passed=2, skipped=2)
+    result.stdout.fnmatch_lines(["*needs a serial line", "*is no serial port"])
+
+
 def test_a_port_without_a_module_ends_the_run(run):
     result = run(TESTS, "--tmcm34x-port=/dev/nothing")
     assert result.ret == pytest.ExitCode.USAGE_ERROR

@@ -29,6 +29,7 @@ Examples:
   tmcm34x play homing.session --bench examples/benches/xy-stage.toml
   tmcm34x play tests/sessions/*.txt --junit sessions.xml
   tmcm34x play settings.session --port /dev/ttyUSB0
+  tmcm34x play settings.session --port "can:socketcan:can0?id=1&reply=2"
 """
 
 
@@ -57,7 +58,12 @@ Examples:
 @click.option("--junit", type=_PATH, metavar="OUT", help="Write the results as JUnit XML.")
 @click.option("--first", is_flag=True, help="End at the first failure.")
 @click.option("--quiet", is_flag=True, help="Print failures and the sum only.")
-@click.option("--port", metavar="PORT", help="Play on the real module at a serial port or tcp://HOST:PORT.")
+@click.option(
+    "--port",
+    metavar="PORT",
+    help="Play on the real module there: a serial port, tcp:HOST:PORT, "
+    "can:INTERFACE:CHANNEL?id=1&reply=2 or slcan:DEVICE.",
+)
 @click.option(
     "--baud",
     type=click.IntRange(1),
@@ -146,7 +152,7 @@ def _read_bench(path: Path) -> str:
 
 
 def _real(cases: Sequence[Case], options: dict[str, Any]) -> Iterator[Result]:
-    from tmcm34x.bench.session.real import RealSerial
+    from tmcm34x.bench.session.real import kind_of, real_player
     from tmcm34x.host import Connection, HostError
 
     if options["bench"] is not None:
@@ -157,11 +163,9 @@ def _real(cases: Sequence[Case], options: dict[str, Any]) -> Iterator[Result]:
         _ask(cases, model, options)
 
         def open_player(case: Case) -> Player:
-            wire = RealSerial(connection.line, time.monotonic)
-            addresses = {"address": options["address"], "host": options["host_address"]}
-            return Player(wire, str(case.path), case.title, **addresses)
+            return real_player(connection, case, time.monotonic, options["host_address"])
 
-        yield from run_real(cases, open_player, model)
+        yield from run_real(cases, open_player, model, kind_of(connection.line))
         connection.close()
     except HostError as error:
         raise CliError(str(error)) from None
@@ -265,7 +269,7 @@ def _sum(played: Sequence[Result], unread: int, wall_s: float) -> str:
     skipped = sum(result.skipped for result in played)
     parts = [f"{len(played) - failed} passed", f"{failed} failed", f"{lines} lines in {wall_s:.2f} s"]
     if skipped:
-        parts.append(f"{skipped} lines left out: they need a bench")
+        parts.append(f"{skipped} lines left out: they need a bench or another kind of line")
     if unread:
         parts.append(f"{unread} {'file' if unread == 1 else 'files'} cannot be read")
     return ", ".join(parts)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.host.exceptions import LinkError, LostLinkError
 from tmcm34x.host.line import RealTime
+from tmcm34x.links.can import Echoes
 from tmcm34x.tmcl.datagram import (
     SIZE,
     checksum,
@@ -32,6 +33,7 @@ class CanLine(RealTime):
         self.name = f"{interface}:{channel}"
         self._interface, self._channel, self._options = interface, channel, options
         self._number = 0
+        self._echoes = Echoes(interface)
         try:
             import can
         except ImportError as error:
@@ -46,6 +48,11 @@ class CanLine(RealTime):
             return self._can.Bus(interface=self._interface, channel=self._channel, bitrate=rate, **extra)
         except (self._can.CanError, OSError, ValueError, ImportError, TypeError, AttributeError) as error:
             raise LinkError(f"cannot join {self.name}: {' '.join(str(error).split())}") from error
+
+    @property
+    def identifiers(self) -> tuple[int, int | None]:
+        """The module's, and that of its replies; None: any."""
+        return self._options.id, self._options.reply
 
     def follow(self, change: Follow, address: int) -> int:
         """Change identifiers or bit rate; a serial address is nothing to this line."""
@@ -63,11 +70,14 @@ class CanLine(RealTime):
         """Send a telegram as a frame of eight bytes."""
         _, instruction = unpack_request(data)
         self._number = instruction.number
-        frame = self._can.Message(
-            arbitration_id=self._options.id, data=pack_can_request(instruction, 8), is_extended_id=False
-        )
+        self.send_frame(self._options.id, pack_can_request(instruction, 8))
+
+    def send_frame(self, identifier: int, data: bytes) -> None:
+        """Send a frame as it is."""
+        frame = self._can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
         try:
             self._bus.send(frame)
+            self._echoes.sent(identifier, data)
         except (self._can.CanError, OSError) as error:
             raise LostLinkError(
                 f"{self.name}: a frame cannot be sent: {' '.join(str(error).split())}"
@@ -91,21 +101,38 @@ class CanLine(RealTime):
         """Leave the bus."""
         self._bus.shutdown()
 
+    def receive_frame(self, timeout_s: float) -> tuple[int, bytes] | None:
+        """Identifier and data of the next frame with the identifier of replies, if one comes in this time."""
+        end = time.monotonic() + timeout_s
+        while (frame := self._next(max(0.0, end - time.monotonic()))) is not None:
+            if self._may_reply(frame):
+                return frame.arbitration_id, bytes(frame.data)
+        return None
+
     def _receive(self, timeout_s: float) -> bytes | None:
         """The next frame, empty if it is no reply; None where there is none."""
+        frame = self._next(timeout_s)
+        if frame is None:
+            return None
+        if not self._may_reply(frame):
+            return b""
+        return serial_form(self._number, bytes(frame.data), frame.arbitration_id & 0xFF)
+
+    def _may_reply(self, frame: Any) -> bool:
+        if frame.is_remote_frame or frame.is_error_frame:
+            return False
+        if self._echoes.has(frame.arbitration_id, bytes(frame.data)):
+            return False
+        return self._options.reply in {None, frame.arbitration_id}
+
+    def _next(self, timeout_s: float) -> Any:
+        """The next frame; None where there is none."""
         try:
-            frame = self._bus.recv(timeout_s)
+            return self._bus.recv(timeout_s)
         except (self._can.CanError, OSError) as error:
             raise LostLinkError(
                 f"{self.name}: the bus is gone ({' '.join(str(error).split())}); is the adapter plugged in?"
             ) from error
-        if frame is None:
-            return None
-        if frame.is_remote_frame or frame.is_error_frame:
-            return b""
-        if self._options.reply not in {None, frame.arbitration_id}:
-            return b""
-        return serial_form(self._number, bytes(frame.data), frame.arbitration_id & 0xFF)
 
 
 def serial_form(number: int, data: bytes, host: int) -> bytes:

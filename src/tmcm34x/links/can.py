@@ -4,12 +4,39 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+from collections import deque
 from typing import Any, Final, cast
 
 from tmcm34x.links import EXTENDED, ConnectBus, LinkError
 
 _STOP_S: Final = 0.05
 """How long closing waits at most, on a bus that can only be read by waiting."""
+
+
+class Echoes:
+    """What was sent on a bus that brings it back to the sender, as IP multicast does: no other node has sent it."""
+
+    INTERFACES: Final = frozenset({"udp_multicast"})
+    _MOST: Final = 256
+    """Frames that may be under way; those that were lost are forgotten then."""
+
+    def __init__(self, interface: str) -> None:
+        self._expected: deque[tuple[int, bytes]] | None = (
+            deque(maxlen=self._MOST) if interface in self.INTERFACES else None
+        )
+
+    def sent(self, identifier: int, data: bytes) -> None:
+        """A frame was sent."""
+        if self._expected is not None:
+            self._expected.append((identifier, data))
+
+    def has(self, identifier: int, data: bytes) -> bool:
+        """Whether a frame that has come was sent here; each comes back once."""
+        expected, frame = self._expected, (identifier, data)
+        if expected is None or frame not in expected:
+            return False
+        expected.remove(frame)
+        return True
 
 
 class CanBusLink:
@@ -24,6 +51,7 @@ class CanBusLink:
         # python-can's types are partly unknown: what little of it is used here is checked by the tests.
         self._bus: Any = None
         self._notifier: Any = None
+        self._echoes = Echoes(interface)
 
     async def open(self, connect: ConnectBus) -> str:
         """Join the bus; returns `interface:channel`."""
@@ -72,8 +100,12 @@ class CanBusLink:
             self._bus.send(
                 self._message(arbitration_id=identifier & ~EXTENDED, data=data, is_extended_id=extended)
             )
+            self._echoes.sent(identifier, data)
 
     def _receive(self, message: Any) -> None:
-        if not (message.is_remote_frame or message.is_error_frame):
-            identifier = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
-            self._peer.receive(identifier, bytes(message.data), None)
+        if message.is_remote_frame or message.is_error_frame:
+            return
+        identifier = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
+        data = bytes(message.data)
+        if not self._echoes.has(identifier, data):
+            self._peer.receive(identifier, data, None)

@@ -76,6 +76,11 @@ class ModuleUnderTest(ABC):
     def url(self) -> str:
         """`tcp://HOST:PORT` for host code that wants a socket."""
 
+    @property
+    @abstractmethod
+    def can(self) -> dict[str, Any]:
+        """Arguments for `can.Bus(**module.can)` of python-can."""
+
     # Time
 
     @property

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from tmcm34x.host import Connection, HostError, RefusedError
+from tmcm34x.host.url import parse_url
 from tmcm34x.testing.base import ModuleUnderTest, NotOnRealModuleError
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -20,11 +21,10 @@ if TYPE_CHECKING:
     from tmcm34x.testing.history import History
 
 POLL_S: Final = 0.01
-TCP: Final = "tcp://"
 
 
 class RealModule(ModuleUnderTest):
-    """The module at a serial port or `tcp://HOST:PORT`.
+    """The module at a serial port, `tcp://HOST:PORT`, `can:INTERFACE:CHANNEL?id=1&reply=2` or `slcan:DEVICE`.
 
     Raises `HostError` when it does not reply.
     """
@@ -35,6 +35,7 @@ class RealModule(ModuleUnderTest):
         self._where = port
         self._baud = baud
         self._address = address
+        self._url = parse_url(port)
         self._start_s = time.monotonic()
         with self._open() as connection:
             version = connection.version()
@@ -53,16 +54,26 @@ class RealModule(ModuleUnderTest):
     @property
     def port(self) -> str:
         """The device name of the serial port."""
-        if self._where.startswith(TCP):
-            raise NotOnRealModuleError(f"{self._where} is no serial port")
-        return self._where
+        return self._target("serial", "serial port")
 
     @property
     def url(self) -> str:
         """The address of the socket."""
-        if not self._where.startswith(TCP):
-            raise NotOnRealModuleError(f"{self._where} is no socket")
-        return self._where
+        return f"tcp://{self._target('tcp', 'socket')}"
+
+    @property
+    def can(self) -> dict[str, Any]:
+        """Arguments for `can.Bus(**module.can)` of python-can."""
+        if self._url.scheme == "slcan":
+            interface, channel = "slcan", self._url.target
+        else:
+            interface, _, channel = self._target("can", "CAN bus").partition(":")
+        return {"interface": interface, "channel": channel, "bitrate": self._url.can.bitrate}
+
+    def _target(self, scheme: str, what: str) -> str:
+        if self._url.scheme != scheme:
+            raise NotOnRealModuleError(f"{self._where} is no {what}")
+        return self._url.target
 
     # Time
 

@@ -125,15 +125,20 @@ def playable(case: Case, model: int) -> list[Step]:
     return found
 
 
-def run_real(cases: Sequence[Case], open_player: Callable[[Case], Player], model: int) -> Iterator[Result]:
-    """Play cases on a real module of type `model`; lines that need a bench are counted and left out."""
+def run_real(
+    cases: Sequence[Case], open_player: Callable[[Case], Player], model: int, kind: str
+) -> Iterator[Result]:
+    """Play cases on a real module of type `model` over a kind of line.
+
+    Lines that need a bench are counted and left out, and so are cases that are not for this kind of line.
+    """
     for case in cases:
         if model not in case.models:
             continue
         steps = [] if case.bench else playable(case, model)
         wanted = sum(model in step.models for step in case.steps)
-        result = Result(case, model, "serial", len(steps), wanted - len(steps))
-        if steps and "serial" in case.kinds:
+        result = Result(case, model, kind, len(steps), wanted - len(steps))
+        if steps and kind in case.kinds:
             try:
                 player = open_player(case)
                 for step in steps:
