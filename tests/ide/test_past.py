@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 
 import pytest
 from hypothesis import given, settings
@@ -216,6 +217,36 @@ def test_a_moment_out_of_reach_is_refused_with_the_nearest_that_is_not():
         bench.past.show(0, 7)
 
 
+def test_a_snapshot_that_is_restored_begins_a_branch_without_a_past():
+    bench = started()
+    bench.wait(0.3)
+    snapshot, then, seen = bench.rig.snapshot(), bench.rig.now, visible(bench.rig)
+    bench.wait(0.4)
+    end, latest = bench.rig.now, visible(bench.rig)
+    bench.server.restore(snapshot)
+    assert (bench.rig.now, visible(bench.rig)) == (then, seen)
+    bench.send("SGP 9, 2, 5")
+    bench.wait(0.2)
+    shape = bench.past.shape
+    assert [(b.number, b.parent, b.since, b.oldest) for b in shape.branches] == [
+        (0, -1, 0, 0),
+        (1, -1, then, then),
+    ]
+    expect_the_same_past(bench, after=then, before=then + 1)
+    bench.past.show(end, 0)
+    assert bench.look() == latest
+    with pytest.raises(wire.RefusalError, match="no longer in memory"):
+        bench.past.show(then - 1, 1)
+
+
+def test_the_control_socket_moves_no_time_while_a_past_moment_is_shown():
+    bench = started()
+    assert bench.virtual.not_now("until") == ""
+    bench.past.show(0, None)
+    assert "return to the present" in bench.virtual.not_now("until")
+    assert bench.virtual.not_now("act") == ""
+
+
 # The debugger
 
 
@@ -232,8 +263,10 @@ def test_what_the_debugger_held_and_started_is_repeated_in_the_past():
     expect_the_same_past(bench)
 
 
-def expect_the_same_past(bench):
+def expect_the_same_past(bench, after=0, before=math.inf):
     for clock, state in sorted(bench.seen.items(), key=lambda item: item[0] * 7919 % 104729):
+        if not after <= clock < before:
+            continue
         bench.past.show(clock, None)
         assert bench.look() == state
 

@@ -1,4 +1,4 @@
-"""`tmcm34x bench`: control of a module that is being served, through `tmcm34x serve --control`."""
+"""`tmcm34x bench`: control of a module that is being served, through `--control` of `serve` or `ide`."""
 
 from __future__ import annotations
 
@@ -103,13 +103,13 @@ _EPILOG: Final = "\b\nACTION is one of\n" + "\n".join(
     required=True,
     envvar="TMCM34X_CONTROL",
     metavar="ADDRESS",
-    help="Where `tmcm34x serve --control` listens; also from the environment variable TMCM34X_CONTROL.",
+    help="Where `serve` or `ide` listens with --control; also from the environment variable TMCM34X_CONTROL.",
 )
 @click.option("--module", type=click.IntRange(0), default=0, show_default=True, help="Index of the module.")
 @click.argument("action")
 @click.argument("operands", nargs=-1)
 def command(control: str, module: int, action: str, operands: tuple[str, ...]) -> int:
-    """Do something to the bench of a running `tmcm34x serve --control ADDRESS`."""
+    """Do something to the bench of a running `tmcm34x serve --control ADDRESS`, or `tmcm34x ide` likewise."""
     word = WORDS.get(action)
     if word is None:
         raise click.UsageError(f"there is no action {action!r}; there are {', '.join(WORDS)}")

@@ -25,13 +25,14 @@ if TYPE_CHECKING:
     from tmcm34x.ide.target import Target
     from tmcm34x.ide.telegrams import Telegrams
     from tmcm34x.ide.virtual import Virtual
+    from tmcm34x.links.faulty import Faults
 
 
 PORT: Final = 8343
 """What a browser remembers of the IDE (layout, theme, unsaved texts) belongs to its port."""
 
 
-_VIRTUAL: Final = ("bench", "model", "eeprom", "parameters", "ptys", "tcps", "slcans", "buses")
+_VIRTUAL: Final = ("bench", "model", "eeprom", "parameters", "ptys", "tcps", "slcans", "buses", "control")
 """Options that say what a virtual module is."""
 _EXAMPLES = """\b
 Examples:
@@ -40,7 +41,7 @@ Examples:
   tmcm34x ide --port /dev/ttyUSB0 --baud 9600
   tmcm34x ide --port tcp:127.0.0.1:17000
   tmcm34x ide --port "can:socketcan:can0?id=1&reply=2"
-  tmcm34x ide program.tmc --tcp 17000 --pty /tmp/tmcm343
+  tmcm34x ide program.tmc --tcp 17000 --pty /tmp/tmcm343 --control /tmp/bench
 """
 
 
@@ -77,6 +78,7 @@ Examples:
 )
 @parameter_options.option
 @link_options.options
+@link_options.control
 @click.option("--no-browser", is_flag=True, help="Do not open a browser.")
 def command(paths: tuple[Path, ...], listen: tuple[str, int] | None, no_browser: bool, **options: Any) -> int:
     """The TMCL-IDE in the browser: editor, debugger, axes, plots and bench.
@@ -87,7 +89,8 @@ def command(paths: tuple[Path, ...], listen: tuple[str, int] | None, no_browser:
     """
     if options["port"] and any(options[name] for name in _VIRTUAL):
         raise CliError(
-            "--port is a real module: --model, --bench, --eeprom, --parameters and links are for virtual ones"
+            "--port is a real module: --model, --bench, --eeprom, --parameters, --control and links "
+            "are for virtual ones"
         )
     if options["bench"] and options["model"]:
         raise CliError("the bench file says which model it is: leave --model away")
@@ -177,12 +180,34 @@ def _modules(options: dict[str, Any], telegrams: Telegrams, local: bool) -> Modu
         try:
             links = link_options.make_links(options)
             can_links = link_options.make_can_links(options, virtual.rig)
-            return await link_options.open_links(virtual.server, [(link, None) for link in links], can_links)
+            ready = await link_options.open_links(virtual.server, [(link, None) for link in links], can_links)
+            return [*ready, *await _open_control(virtual, options["control"])]
         except CliError as error:
             raise RefusalError("links", f"{error}.") from error
 
     make = partial(_make, options, telegrams)
     return Modules(telegrams, make, open_links, local=local, named=_url(options), recipe=_recipe(options))
+
+
+async def _open_control(virtual: Virtual, address: str | None) -> list[str]:
+    """The socket through which other programs control the bench, if one was asked for."""
+    if address is None:
+        return []
+    from tmcm34x.bench.counters import Counters
+    from tmcm34x.server.control import Control
+
+    control = Control(virtual.server, address, Counters(virtual.rig), virtual.not_now)
+    virtual.server.control = control
+    return [await link_options.open_control(control)]
+
+
+def _faults(options: dict[str, Any]) -> Faults | None:
+    """Faults of lines come through the control socket."""
+    if options["control"] is None:
+        return None
+    from tmcm34x.links.faulty import Faults
+
+    return Faults()
 
 
 def _url(options: dict[str, Any]) -> Url | None:
@@ -245,7 +270,9 @@ def _make(
         raise
     parameter_options.apply(options["parameters"], rig)
     stores = [] if file is None else [keep_in(rig.modules[0].eeprom, file, _report)]
-    return Virtual(Server(rig, stores=stores, log=telegrams), recipe.name, path or "")
+    return Virtual(
+        Server(rig, stores=stores, log=telegrams, faults=_faults(options)), recipe.name, path or ""
+    )
 
 
 def _target(modules: Modules, options: dict[str, Any]) -> Target:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from tmcm34x.links import CanLink, Link
     from tmcm34x.links.faults import Fault
     from tmcm34x.server import Server
+    from tmcm34x.server.control import Control
 
 LOOPBACK: Final = "127.0.0.1"
 LARGEST_PORT: Final = 65535
@@ -115,6 +116,14 @@ def options(command: Callable[..., int]) -> Callable[..., int]:
     return command
 
 
+control: Final = click.option(
+    "--control",
+    metavar="ADDRESS",
+    help="Socket through which `tmcm34x bench` and other programs control the bench: [HOST:]PORT or a path "
+    "(docs/control.md).",
+)
+
+
 def make_links(options: dict[str, Any]) -> list[Link]:
     """The serial lines that were asked for."""
     from tmcm34x.links.tcp import TcpLink
@@ -210,4 +219,16 @@ async def open_links(
             click.echo(f"ready {ready[-1]}")
     except LinkError as error:
         raise CliError(str(error)) from error
+    return ready
+
+
+async def open_control(control: Control) -> str:
+    """Open the control socket; print and return where it is."""
+    from tmcm34x.links import LinkError
+
+    try:
+        ready = f"control {await control.open()}"
+    except LinkError as error:
+        raise CliError(str(error)) from error
+    click.echo(f"ready {ready}")
     return ready

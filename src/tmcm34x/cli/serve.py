@@ -23,7 +23,7 @@ from tmcm34x.cli import CliError, FiniteRange, link_options, parameter_options, 
 from tmcm34x.cli.memory import keep, open_eeprom
 from tmcm34x.cli.signals import stop_on_signals
 from tmcm34x.firmware.storage import Eeprom, EepromError
-from tmcm34x.links import CanLink, Link, LinkError, Moving, Reporting
+from tmcm34x.links import CanLink, Link, Moving, Reporting
 from tmcm34x.server import Server, Store, TelegramLog
 from tmcm34x.server.control import Control
 from tmcm34x.server.output import Output
@@ -125,12 +125,7 @@ Examples:
 )
 @parameter_options.option
 @user_functions.option
-@click.option(
-    "--control",
-    metavar="ADDRESS",
-    help="Socket through which `tmcm34x bench` and other programs control the bench: [HOST:]PORT or a path "
-    "(docs/control.md).",
-)
+@link_options.control
 @click.option("--counters", is_flag=True, help="At the end, print what was refused, worn and lost.")
 @click.option(
     "--ready-file",
@@ -360,8 +355,7 @@ async def _serve(
     try:
         ready = await link_options.open_links(server, links, can_links)
         if server.control is not None:
-            ready.append(f"control {await _open_control(server.control)}")
-            click.echo(f"ready {ready[-1]}")
+            ready.append(await link_options.open_control(server.control))
         if options["ready_file"] is not None:
             _write_ready(options["ready_file"], ready)
         if options["exit_after"] is not None:
@@ -380,13 +374,6 @@ async def _serve(
             options["ready_file"].unlink(missing_ok=True)
         await server.close()
     return 0
-
-
-async def _open_control(control: Control) -> str:
-    try:
-        return await control.open()
-    except LinkError as error:
-        raise CliError(str(error)) from error
 
 
 def _write_ready(path: Path, ready: list[str]) -> None:

@@ -55,6 +55,8 @@ class History:
         self.limit = limit
         self.on_change: list[Callable[[], None]] = []
         """Called when a branch begins or the bench is brought back."""
+        self.on_restore: list[Callable[[], None]] = []
+        """Called when the bench was brought to a state that is not of its past."""
         self._looking = Course(rig.replica(), Branch(0, rig.now, rig.now), 0)
         self._course = Course(rig, self._looking.branch, 0)
         self._abandoned: list[Branch] = []
@@ -177,15 +179,19 @@ class History:
 
     def _begin_branch(self, parent: Branch, clock: int, done: int) -> None:
         """Leave the present branch for a new one that shares the past of `parent`."""
+        self._leave_for(parent.fork(self._branches, clock, done))
+        self._snapshot_due = clock + DENSE_CLOCKS
+        self._changed()
+
+    def _leave_for(self, branch: Branch) -> None:
+        """Go on in a new branch."""
         course = self._course
         self._abandoned.append(course.branch)
-        course.branch = parent.fork(self._branches, clock, done)
+        course.branch = branch
         course.end_holding()
         self._branches += 1
         self._events = 0
-        self._snapshot_due = clock + DENSE_CLOCKS
         self._measure()
-        self._changed()
 
     # What comes over lines; a `server.Recorder`
 
@@ -213,6 +219,16 @@ class History:
         number = self._numbers.pop(end)
         del self._course.lines[number]
         self.record("unplugged", number, ())
+
+    def restored(self) -> None:
+        """The bench was brought to a state from elsewhere: a branch begins there that has no past."""
+        now, course = self.rig.now, self._course
+        self._leave_for(Branch(self._branches, now, now))
+        course.done = 0
+        self._snapshot()
+        self._changed()
+        for listener in self.on_restore:
+            listener()
 
     # The past
 

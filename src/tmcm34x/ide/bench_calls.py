@@ -24,9 +24,6 @@ def bench_of(hub: Hub) -> Virtual:
 
 async def _set_bench(hub: Hub, page: Page, call: wire.SetBench) -> None:
     bench_of(hub).set_bench(call)
-    if call.what == "power":
-        hub.authority.forget()
-        await hub.debugger.release()
 
 
 async def _set_time(hub: Hub, page: Page, call: wire.SetTime) -> None:

@@ -24,6 +24,7 @@ from tmcm34x.ide.permission import permission
 from tmcm34x.ide.remote import Remote
 from tmcm34x.ide.study import count_anew
 from tmcm34x.ide.switching import Switching
+from tmcm34x.ide.virtual import Virtual
 from tmcm34x.ide.vocabulary import model_shape, tables
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
@@ -103,8 +104,21 @@ class Hub:
 
     async def _begin(self) -> None:
         self._told = self._kind
+        if isinstance(self.target, Virtual):
+            self.target.on_upset = self._upset
         await self.target.open(self._from_target)
         self._watching = self._spawn(self.authority.watch())
+
+    def _upset(self) -> None:
+        """The power was switched, or the bench was brought to another state."""
+        self._spawn(self.begin_anew())
+
+    async def begin_anew(self) -> None:
+        """Nothing on the module goes on as it did: forget what was begun, and see what it has in memory."""
+        self.authority.forget()
+        await self.debugger.release()
+        await self.check_memory()
+        self.hurry()
 
     async def leave_target(self) -> str:
         """Bring the module to rest and hang up; what is not known to be at rest."""

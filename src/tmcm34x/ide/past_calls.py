@@ -81,10 +81,7 @@ async def _leave_past(hub: Hub, page: Page, call: wire.LeavePast) -> None:
 
 async def _go_on(hub: Hub, page: Page, call: wire.GoOn) -> None:
     bench_of(hub).past.go_on(hold=call.hold)
-    hub.authority.forget()
-    await hub.debugger.release()
-    await hub.check_memory()
-    hub.hurry()
+    await hub.begin_anew()
 
 
 async def _read_marks(hub: Hub, page: Page, call: wire.ReadMarks) -> wire.Marks:

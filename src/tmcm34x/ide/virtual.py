@@ -23,12 +23,14 @@ from tmcm34x.ide.past import NOT_NOW, Past
 from tmcm34x.ide.sampling import Sampled, Samples
 from tmcm34x.ide.seen import Seen
 from tmcm34x.ide.state import ALL_UNKNOWN, NOW, State, bits, empty, put
+from tmcm34x.server.control import MOVE_TIME
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import SIZE, Instruction, pack_request
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
+    from tmcm34x.bench.action import Action
     from tmcm34x.firmware.module import Module
     from tmcm34x.ide.target import T, Tell
     from tmcm34x.links import Connect, Peer, Send
@@ -101,6 +103,8 @@ class Virtual:
         self.plugged = True
         self._memory_file = memory_file
         self._tell: Tell = lambda event: None
+        self.on_upset: Callable[[], None] = lambda: None
+        """Called when the power was switched, or the bench brought to another state: nothing goes on as it did."""
         self._desk = _Desk(self._take)
         self._urgent = _Desk(lambda data: None)
         self._lock = asyncio.Lock()
@@ -111,6 +115,8 @@ class Virtual:
         self._present, self._past = Seen(self.rig), Seen(self.past.history.past)
         self._sampled = Sampled(self.past.history, self._sample, self._looking)
         server.part = self._sampled
+        self.past.history.on_restore.append(self._restored)
+        self.rig.on_action.append(self._acted)
         self._received = bytearray()
         self._answer: asyncio.Future[bytes] | None = None
         self._seen: tuple[int, float] | None = None
@@ -292,6 +298,21 @@ class Virtual:
             self._looking_back = self.past.shown
             self._tell(self.past.shape)
 
+    def _restored(self) -> None:
+        """The bench was brought to a state that is not of its past."""
+        self._turned()
+        self.on_upset()
+
+    def _acted(self, action: Action, _: int) -> None:
+        """Something was done to the bench, by a page or through the control socket."""
+        self._tell_of_bench()
+        if action.name == "power" and action.module == 0:
+            self.on_upset()
+
+    def not_now(self, request: str) -> str:
+        """Why a request of the control socket cannot be done now; empty where it can."""
+        return NOT_NOW.rstrip(".") if self.past.shown and request in MOVE_TIME else ""
+
     def bench(self) -> wire.World:
         """What hangs on the module as it is shown."""
         return self.hands.shape(self._shown.world)
@@ -348,7 +369,6 @@ class Virtual:
         else:
             self.hands.do(call)
         self.server.settle()
-        self._tell_of_bench()
 
     def set_time(self, call: wire.SetTime) -> None:
         """Hold time, let it go, change its speed."""

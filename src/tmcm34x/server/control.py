@@ -49,12 +49,16 @@ class Control:
     """The control socket of `server`.
 
     address: `[HOST:]PORT`, or the path of a socket in the file system
+    refuse: says why a request of this name cannot be done now; empty where it can
     """
 
-    def __init__(self, server: Server, address: str, counters: Counters) -> None:
+    def __init__(
+        self, server: Server, address: str, counters: Counters, refuse: Callable[[str], str] = lambda _: ""
+    ) -> None:
         self._server = server
         self._address = address
         self._counters = counters
+        self._refuse = refuse
         self._socket: asyncio.Server | None = None
         self._clients: set[asyncio.Task[None]] = set()
         self._path: Path | None = None
@@ -134,6 +138,8 @@ class Control:
             row = _REQUESTS.get(str(request["do"]))
             if row is None:
                 raise ControlError(f"there is no request {request['do']!r}; there are {', '.join(_REQUESTS)}")
+            if why := self._refuse(str(request["do"])):
+                raise ControlError(why)
             return {**known, "ok": True, **await row(self, request)}
         except (ControlError, ActionError, FaultError, SnapshotError) as error:
             return {**known, "error": str(error)}
@@ -239,6 +245,8 @@ class Control:
         return {"modules": self._counters.figures(), "faults": {} if faults is None else dict(faults.struck)}
 
 
+MOVE_TIME: Final = frozenset({"speed", "pause", "resume", "until", "restore"})
+"""Requests that change how time passes, or where it stands."""
 _REQUESTS: Final[dict[str, Callable[[Control, Request], Awaitable[Answer]]]] = {
     "act": Control.do_act,
     "fault": Control.do_fault,

@@ -69,6 +69,10 @@ class Recorder(Protocol):
         """The client has gone."""
         ...
 
+    def restored(self) -> None:
+        """The bench was brought to a state from elsewhere."""
+        ...
+
 
 class Server:
     """A bench with its links.
@@ -267,7 +271,12 @@ class Server:
 
     def restore(self, snapshot: bytes) -> None:
         """Go back to a snapshot of the bench; raises `bench.snapshot.SnapshotError` and changes nothing then."""
-        self.put_back(lambda: self.rig.restore(snapshot))
+        self.put_back(lambda: self._restore(snapshot))
+
+    def _restore(self, snapshot: bytes) -> None:
+        self.rig.restore(snapshot)
+        if self.recorder is not None:
+            self.recorder.restored()
 
     def put_back(self, bring: Callable[[], None]) -> None:
         """Have `bring` make another moment of the bench the present one."""
