@@ -20,7 +20,7 @@ from core import NAME, mark
 from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import HZ, Part, run_until
-from tmcm34x.firmware.module import Module
+from tmcm34x.firmware.module import FirmwareModule
 from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.tmcl.datagram import Instruction, pack_request
@@ -36,13 +36,13 @@ TURNS = 3
 REPEAT = 20_000
 
 
-def switched_on(model: int) -> Module:
-    module = Module(Board(MODELS[model]), Eeprom(model))
+def switched_on(model: int) -> FirmwareModule:
+    module = FirmwareModule(Board(MODELS[model]), Eeprom(model))
     module.power_on()
     return module
 
 
-def moving(part: Part, module: Module, seconds: float, reach: int = REACH) -> tuple[float, int]:
+def moving(part: Part, module: FirmwareModule, seconds: float, reach: int = REACH) -> tuple[float, int]:
     """Times real time with three axes that get a new random target as soon as they arrive; number of moves.
 
     part: what is brought through time, the module itself or the bench that it belongs to

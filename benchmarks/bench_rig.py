@@ -74,7 +74,7 @@ def poll(count: int) -> float:
         for n, port in enumerate(ports):
             rig.next_event()
             rig.advance(rig.now + MS * 22 // 100)
-            port.receive(n, request)
+            port.receive_frame(n, request)
     took = time.process_time() - start
     assert len(answers) >= rounds
     return took / rounds / count

@@ -62,8 +62,8 @@ every axis stands. A device of one's own on the SPI bus is any object with `exch
 
 TABLES = (
     description.Bench,
-    description.Module,
-    description.Axis,
+    description.ModuleDescription,
+    description.AxisDescription,
     description.Motor,
     description.Carriage,
     description.Turntable,
@@ -87,8 +87,8 @@ TABLES = (
 )
 PLACES = {
     "Bench": "the file",
-    "Module": "`[[module]]`",
-    "Axis": "`[[module.axis]]`",
+    "ModuleDescription": "`[[module]]`",
+    "AxisDescription": "`[[module.axis]]`",
     "Motor": "`motor` of an axis",
     "Switches": "`switch` of an axis",
     "Switch": "`left`, `right`, `reference` of `switch`",
@@ -106,12 +106,17 @@ def page() -> str:
         info = inspect.type_info(struct)
         assert isinstance(info, inspect.StructType)
         where = PLACES.get(struct.__name__, f'`kind = "{info.tag}"`')
-        parts.append(f"## {struct.__name__}: {where}\n\n{struct.__doc__}\n\n")
+        parts.append(f"## {_name(struct)}: {where}\n\n{struct.__doc__}\n\n")
         if info.fields:
             parts.append("| key | value | default | meaning |\n| --- | --- | --- | --- |\n")
             parts += [_row(field) for field in info.fields]
             parts.append("\n")
     return "".join(parts).rstrip() + "\n"
+
+
+def _name(struct: type) -> str:
+    """What the page calls a class."""
+    return struct.__name__.removesuffix("Description")
 
 
 def _row(field: inspect.Field) -> str:
@@ -137,7 +142,7 @@ def _type(kind: inspect.Type) -> str:
         case inspect.Metadata(type=inner):
             return _type(inner)
         case inspect.StructType(cls=struct):
-            return struct.__name__
+            return _name(struct)
         case inspect.LiteralType(values=values):
             return ", ".join(f"`{value}`" for value in values)
         case inspect.UnionType(types=types):

@@ -9,7 +9,7 @@ import pytest
 from tmcm34x.bench import Rig, load, simple_rig
 from tmcm34x.cli.source_files import assemble_file
 from tmcm34x.clock import HZ, MS, run_until
-from tmcm34x.firmware.module import Module
+from tmcm34x.firmware.module import FirmwareModule
 from tmcm34x.tmcl.mnemonic import parse_instruction
 from tmcm34x.toolchain.formatter import format_source
 from tmcm34x.toolchain.linter import lint
@@ -23,7 +23,7 @@ class Example:
 
     def __init__(self, program: str, bench: str | None = None) -> None:
         self.rig: Rig = load(EXAMPLES / "benches" / bench) if bench else simple_rig(343)
-        self.module: Module = self.rig.modules[0]
+        self.module: FirmwareModule = self.rig.modules[0]
         assembly = assemble_file(EXAMPLES / program)
         assert assembly.ok, assembly.diagnostics
         self.module.eeprom.write_program(assembly.program)

@@ -9,7 +9,7 @@ from tmcm34x.bench.crowd import Crowd
 from tmcm34x.bench.description import parse
 from tmcm34x.bench.lines import CanEnd, SerialEnd
 from tmcm34x.clock import HZ, MS
-from tmcm34x.firmware.program import State
+from tmcm34x.firmware.program import RunState
 from tmcm34x.server import Server
 from tmcm34x.tmcl.datagram import Instruction, pack_can_request, pack_request
 from tmcm34x.tmcl.mnemonic import parse_instruction
@@ -89,7 +89,7 @@ def telegrams(chance):
 def act(chance, line):
     if chance.random() < 0.15:
         request = pack_can_request(parse_instruction(chance.choice(LINES)), chance.choice((7, 8)))
-        line.can.receive(chance.choice((1, 8, 9)), request)
+        line.can.receive_frame(chance.choice((1, 8, 9)), request)
     else:
         line.serials[chance.randrange(3)].receive(telegrams(chance), over=chance.random() < 0.3)
 
@@ -136,4 +136,4 @@ def test_a_server_of_many_modules_brings_all_of_them_to_the_present_for_others()
     server.settle()
     wall_s = 1.1
     server.catch_up()
-    assert server.rig.modules[3].program.state is State.STOP
+    assert server.rig.modules[3].program.state is RunState.STOP

@@ -169,7 +169,7 @@ def test_an_older_source_is_read_for_the_module_that_the_image_is_for(call):
     assert call("dis", "go.bin", "--like", "old.tmc")[0] == 1
 
 
-def test_foreign_commands_are_named(call):
+def test_commands_of_sister_firmware_are_named(call):
     put("go.bin", pack_binary([Instruction(37, 1, 2, 3), Instruction(28)]))
     assert "//! DATA 37, 1, 2, 3" in call("dis", "go.bin")[1]
     assert "// VECT of other firmware" in call("dis", "go.bin")[1]

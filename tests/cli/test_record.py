@@ -143,7 +143,7 @@ def conversing(channel, commands):
             data = pack_can_request(parse_instruction(text))
             host.send(can.Message(arbitration_id=1, data=data, is_extended_id=False))
             request = module.recv(5)
-            port.receive(request.arbitration_id, bytes(request.data))
+            port.receive_frame(request.arbitration_id, bytes(request.data))
             assert host.recv(5) is not None
         os.kill(os.getpid(), signal.SIGINT)
 

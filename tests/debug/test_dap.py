@@ -44,7 +44,7 @@ class Editor:
     def ask(self, command, **arguments):
         """The response to a request."""
         self.seq += 1
-        self.adapter.receive({"seq": self.seq, "type": "request", "command": command, "arguments": arguments})
+        self.adapter.handle({"seq": self.seq, "type": "request", "command": command, "arguments": arguments})
         return next(m for m in self.messages if m.get("request_seq") == self.seq)
 
     def do(self, command, **arguments):
@@ -157,7 +157,7 @@ def test_breakpoints_move_to_the_next_command_or_are_refused(file):
 
 def test_conditions_log_points_labels_and_addresses(file):
     editor = launched(file)
-    editor.adapter.receive({})  # whatever comes between
+    editor.adapter.handle({})  # whatever comes between
     editor = Editor()
     editor.do("launch", program=str(file))
     editor.do(
@@ -537,7 +537,7 @@ def test_lines_are_counted_as_the_editor_wants(file):
 )
 def test_what_is_no_request_gets_an_error_response(message):
     editor = Editor()
-    editor.adapter.receive(message)
+    editor.adapter.handle(message)
     (response,) = editor.messages
     assert (response["type"], response["success"]) == ("response", False)
     assert response["message"] and "\n" not in response["message"]

@@ -149,7 +149,7 @@ def adapt(data, size=65536):
     try:
         for at in range(0, len(data), size):
             for message in framing.feed(data[at : at + size]):
-                adapter.receive(message)
+                adapter.handle(message)
     except FramingError as error:
         assert "\n" not in str(error)
         return sent, False
@@ -198,7 +198,7 @@ def test_expressions_never_become_python(expression, tmp_path):
     adapter = Adapter(sent.append, SERVICES)
 
     def ask(command, **arguments):
-        adapter.receive({"seq": len(sent), "type": "request", "command": command, "arguments": arguments})
+        adapter.handle({"seq": len(sent), "type": "request", "command": command, "arguments": arguments})
         return next(message for message in reversed(sent) if message["type"] == "response")
 
     assert ask("launch", program=str(file), stopOnEntry=True)["success"]

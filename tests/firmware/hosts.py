@@ -6,15 +6,15 @@ from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.chips import registers
 from tmcm34x.clock import MS, run_until
-from tmcm34x.firmware.module import Module
+from tmcm34x.firmware.module import FirmwareModule
 from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.tmcl.datagram import Instruction, Reply, pack_request, unpack_reply
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
 
-def switched_on(model: int = 343, *, eeprom: Eeprom | None = None, **options) -> Module:
-    module = Module(Board(MODELS[model]), eeprom or Eeprom(model), **options)
+def switched_on(model: int = 343, *, eeprom: Eeprom | None = None, **options) -> FirmwareModule:
+    module = FirmwareModule(Board(MODELS[model]), eeprom or Eeprom(model), **options)
     module.power_on()
     return module
 
@@ -22,7 +22,7 @@ def switched_on(model: int = 343, *, eeprom: Eeprom | None = None, **options) ->
 class Host:
     """Asks a module over a serial port of its own."""
 
-    def __init__(self, module: Module, *, address: int = 1) -> None:
+    def __init__(self, module: FirmwareModule, *, address: int = 1) -> None:
         self.module = module
         self.address = address
         self.received: list[bytes] = []
@@ -73,7 +73,7 @@ def chip_state(chip) -> tuple:
     )
 
 
-def module_state(module: Module) -> tuple:
+def module_state(module: FirmwareModule) -> tuple:
     """Everything that a command could change."""
     board, axes = module.board, module.axes
     return (

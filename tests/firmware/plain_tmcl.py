@@ -39,7 +39,7 @@ class Plain:
     variables: list[int] = field(default_factory=lambda: [0] * 56)
 
     def step(self) -> bool:
-        """Execute one command; False, and nothing done, if it is a foreign one."""
+        """Execute one command; False, and nothing done, if it is a module command."""
         number, type_, motor, value = self.memory[self.counter]
         if number in (21, 22, 23) and not 0 <= value < 2048:
             return False

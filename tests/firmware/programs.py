@@ -5,7 +5,7 @@ from __future__ import annotations
 from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import MS, run_until
-from tmcm34x.firmware.module import Module
+from tmcm34x.firmware.module import FirmwareModule
 from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.tmcl.datagram import Instruction, Reply, pack_request, unpack_reply
@@ -22,25 +22,25 @@ def program_of(source: str) -> tuple[Instruction, ...]:
     return assembly.program
 
 
-def module_with(source: str = "", *, model: int = 343, auto_start: bool = False) -> Module:
+def module_with(source: str = "", *, model: int = 343, auto_start: bool = False) -> FirmwareModule:
     """A module that is switched on, with the program of `source` in its memory."""
     eeprom = Eeprom(model)
     eeprom.write_program(program_of(source))
     if auto_start:
         eeprom.set_global_value(77, 1)
-    module = Module(Board(MODELS[model]), eeprom)
+    module = FirmwareModule(Board(MODELS[model]), eeprom)
     module.power_on()
     return module
 
 
-def started(source: str, *, model: int = 343) -> Module:
+def started(source: str, *, model: int = 343) -> FirmwareModule:
     """A module whose program has just been started at address 0."""
     module = module_with(source, model=model)
     module.program.run()
     return module
 
 
-def direct(module: Module, line: str) -> tuple[int, int]:
+def direct(module: FirmwareModule, line: str) -> tuple[int, int]:
     """Execute a command as a host's; status and value."""
     return module.execute(parse_instruction(line))
 
@@ -48,7 +48,7 @@ def direct(module: Module, line: str) -> tuple[int, int]:
 class Wire:
     """A host on a serial port of the module."""
 
-    def __init__(self, module: Module) -> None:
+    def __init__(self, module: FirmwareModule) -> None:
         self.received = bytearray()
         self.port = SerialPort(module, self.received.extend)
 
@@ -64,15 +64,15 @@ class Wire:
         return unpack_reply(self.send(pack_request(1, Instruction(number, type_, motor, value))))
 
 
-def run_ms(module: Module, milliseconds: float) -> None:
+def run_ms(module: FirmwareModule, milliseconds: float) -> None:
     run_until(module, module.now + round(milliseconds * MS))
 
 
-def run_instructions(module: Module, count: int) -> None:
+def run_instructions(module: FirmwareModule, count: int) -> None:
     run_until(module, module.now + count * CLOCKS)
 
 
-def run_to_stop(module: Module, limit_ms: float = 60_000) -> None:
+def run_to_stop(module: FirmwareModule, limit_ms: float = 60_000) -> None:
     """Run until the program has stopped."""
     limit = module.now + round(limit_ms * MS)
     while module.program.active and module.now < limit:

@@ -20,25 +20,25 @@ def wired(**settings):
 @pytest.mark.parametrize("size", [7, 8])
 def test_a_frame_is_answered_with_as_many_bytes(size):
     _, port, sent = wired()
-    port.receive(1, pack_can_request(Instruction(6, 4, 0), size))
+    port.receive_frame(1, pack_can_request(Instruction(6, 4, 0), size))
     assert sent == [(2, bytes.fromhex("01 64 06 000003e8") + bytes(size - 7))]
 
 
 @pytest.mark.parametrize("size", [0, 1, 6])
 def test_frames_of_other_lengths_are_ignored(size):
     _, port, sent = wired()
-    port.receive(1, bytes(size))
+    port.receive_frame(1, bytes(size))
     assert sent == []
 
 
 def test_identifiers_are_those_of_parameters_70_71_and_83():
     _, port, sent = wired(gp70=0x321, gp71=0x7F5, gp83=0)
     for identifier in (0, 1, 0x7F5):
-        port.receive(identifier, pack_can_request(Instruction(6, 4, 0)))
+        port.receive_frame(identifier, pack_can_request(Instruction(6, 4, 0)))
     assert [(identifier, data[0]) for identifier, data in sent] == [(0x321, 0xF5)]
     module, port, sent = wired(gp83=0x55)
     for identifier in (1, 0x55):
-        port.receive(identifier, pack_can_request(Instruction(6, 4, 0)))
+        port.receive_frame(identifier, pack_can_request(Instruction(6, 4, 0)))
     assert len(sent) == 2
     module.execute(Instruction(9, 69, 0, 4))
     assert port.bit_rate == 125_000 - 25_000
@@ -46,15 +46,15 @@ def test_identifiers_are_those_of_parameters_70_71_and_83():
 
 def test_extended_frames_are_answered_like_standard_ones():
     _, port, sent = wired()
-    port.receive(1 << 31 | 1, pack_can_request(Instruction(6, 4, 0)))
-    port.receive(1 << 31 | 0x10000001, pack_can_request(Instruction(6, 4, 0)))
+    port.receive_frame(1 << 31 | 1, pack_can_request(Instruction(6, 4, 0)))
+    port.receive_frame(1 << 31 | 0x10000001, pack_can_request(Instruction(6, 4, 0)))
     assert sent == [(2, bytes.fromhex("01 64 06 000003e8"))]
 
 
 @pytest.mark.parametrize(("size", "text"), [(7, b"343V4.3"), (8, b"343V4.36")])
 def test_the_version_loses_its_last_character_in_seven_bytes(size, text):
     _, port, sent = wired()
-    port.receive(1, pack_can_request(Instruction(136), size))
+    port.receive_frame(1, pack_can_request(Instruction(136), size))
     assert sent == [(2, text)]
 
 
@@ -62,16 +62,16 @@ def test_a_stored_command_fills_the_frame():
     module, port, sent = wired()
     module.eeprom.write_instruction(5, Instruction(4, 0, 1, -2))
     for size in (7, 8):
-        port.receive(1, pack_can_request(Instruction(134, 0, 0, 5), size))
+        port.receive_frame(1, pack_can_request(Instruction(134, 0, 0, 5), size))
     assert [data for _, data in sent] == [bytes.fromhex("040001fffffffe"), bytes.fromhex("040001fffffffe00")]
 
 
 def test_pause_and_disabled_replies():
     module, port, sent = wired(gp75=100)
-    port.receive(1, pack_can_request(Instruction(6, 4, 0)))
+    port.receive_frame(1, pack_can_request(Instruction(6, 4, 0)))
     assert len(sent) == 1
-    port.receive(1, pack_can_request(Instruction(9, 255, 0, 1)))
-    port.receive(1, pack_can_request(Instruction(6, 4, 0)))
+    port.receive_frame(1, pack_can_request(Instruction(9, 255, 0, 1)))
+    port.receive_frame(1, pack_can_request(Instruction(6, 4, 0)))
     assert len(sent) == 1
     assert not module.outbox
 
@@ -79,8 +79,8 @@ def test_pause_and_disabled_replies():
 @pytest.mark.parametrize("size", [7, 8])
 def test_the_second_reply_of_138_has_the_size_of_the_request(size):
     module, port, sent = wired()
-    port.receive(1, pack_can_request(Instruction(4, 0, 0, 100), size))
-    port.receive(1, pack_can_request(Instruction(138, 0, 0, 1), size))
+    port.receive_frame(1, pack_can_request(Instruction(4, 0, 0, 100), size))
+    port.receive_frame(1, pack_can_request(Instruction(138, 0, 0, 1), size))
     run_until(module, 500 * MS)
     assert [(data[1], data[2], len(data)) for _, data in sent] == [
         (100, 4, size),
@@ -91,13 +91,13 @@ def test_the_second_reply_of_138_has_the_size_of_the_request(size):
 
 def test_ascii_mode_is_not_for_can():
     _, port, sent = wired()
-    port.receive(1, pack_can_request(Instruction(139)))
+    port.receive_frame(1, pack_can_request(Instruction(139)))
     assert sent[0][1][1] == 6
 
 
 def test_commands_on_can_do_not_feed_the_serial_heartbeat():
     module, port, _ = wired(gp68=100)
-    port.receive(1, pack_can_request(Instruction(1, 0, 0, 500)))
+    port.receive_frame(1, pack_can_request(Instruction(1, 0, 0, 500)))
     run_until(module, 1000 * MS)
     assert module.execute(Instruction(6, 3, 0)) == (100, 500)
 
@@ -105,5 +105,5 @@ def test_commands_on_can_do_not_feed_the_serial_heartbeat():
 def test_a_module_switched_off_ignores_frames():
     module, port, sent = wired()
     module.power_off()
-    port.receive(1, pack_can_request(Instruction(6, 4, 0)))
+    port.receive_frame(1, pack_can_request(Instruction(6, 4, 0)))
     assert sent == []

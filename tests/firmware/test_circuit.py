@@ -11,7 +11,7 @@ from firmware.hosts import Host
 from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import MS, run_until
-from tmcm34x.firmware.module import Module
+from tmcm34x.firmware.module import FirmwareModule
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.tmcl.mnemonic import parse_instruction
 from tmcm34x.toolchain.assembler import assemble
@@ -53,7 +53,7 @@ class LookedAt:
 
 def module_on(kind, model=343):
     board = Board(MODELS[model])
-    module = Module(kind(board), Eeprom(model))
+    module = FirmwareModule(kind(board), Eeprom(model))
     module.power_on()
     return module, Host(module), board
 

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware.hosts import Host, module_state, switched_on
-from tmcm34x.tmcl.commands import COMMANDS, CONTROL_FUNCTIONS, FOREIGN_COMMANDS
+from tmcm34x.tmcl.commands import COMMANDS, CONTROL_FUNCTIONS, SISTER_COMMANDS
 from tmcm34x.tmcl.datagram import Instruction
 
 KNOWN = {row.number for row in (*COMMANDS, *CONTROL_FUNCTIONS)}
@@ -17,7 +17,7 @@ def test_an_unknown_command_is_status_2_and_echoes_its_value(number):
 
 
 def test_commands_of_other_firmwares_are_unknown():
-    assert not KNOWN & set(FOREIGN_COMMANDS.values())
+    assert not KNOWN & set(SISTER_COMMANDS.values())
 
 
 @pytest.mark.parametrize(

@@ -121,7 +121,7 @@ def test_silence_on_can_stops_the_motors():
     module = later()
     Host(module).do("SGP 82, 0, 100")
     port = CanPort(module, lambda identifier, data: None)
-    port.receive(1, pack_can_request(Instruction(COMMAND.ROR, 0, 0, 500)))
+    port.receive_frame(1, pack_can_request(Instruction(COMMAND.ROR, 0, 0, 500)))
     run_until(module, module.now + 90 * MS)
     assert module.axes[0].moving
     run_until(module, module.now + 1000 * MS)

@@ -45,7 +45,7 @@ def register_commands(size: int) -> st.SearchStrategy[Instruction]:
     )
 
 
-def foreign_commands() -> st.SearchStrategy[Instruction]:
+def module_commands() -> st.SearchStrategy[Instruction]:
     return st.sampled_from(
         [
             Instruction(0),
@@ -59,7 +59,7 @@ def foreign_commands() -> st.SearchStrategy[Instruction]:
 
 
 PROGRAMS = st.lists(
-    st.one_of(*[register_commands(SIZE)] * 12, foreign_commands()), min_size=SIZE, max_size=SIZE
+    st.one_of(*[register_commands(SIZE)] * 12, module_commands()), min_size=SIZE, max_size=SIZE
 ).map(lambda program: [*program, *[Instruction(0)] * (2049 - SIZE)])
 
 

@@ -8,7 +8,7 @@ from tmcm34x.board.models import MODELS
 from tmcm34x.chips.registers import FIELDS, read_ram
 from tmcm34x.clock import HZ, MS, NEVER, run_until
 from tmcm34x.firmware.boot import BootLoader
-from tmcm34x.firmware.module import Module
+from tmcm34x.firmware.module import FirmwareModule
 from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.firmware.storage import Eeprom, EepromError
 from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS
@@ -176,7 +176,7 @@ def test_coordinates_in_the_eeprom_are_locked_with_it():
 
 def test_an_image_of_another_model_is_refused():
     with pytest.raises(EepromError, match="TMCM-341, not of a TMCM-343"):
-        Module(Board(MODELS[343]), Eeprom(341))
+        FirmwareModule(Board(MODELS[343]), Eeprom(341))
 
 
 def test_addresses_given_at_the_start_are_stored():

@@ -20,8 +20,8 @@ from firmware.test_machine import SIZE, register_commands
 from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import MS, NEVER, run_until
-from tmcm34x.firmware.module import Module
-from tmcm34x.firmware.program import State
+from tmcm34x.firmware.module import FirmwareModule
+from tmcm34x.firmware.program import RunState
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.tmcl.datagram import Instruction, pack_request
 from tmcm34x.tmcl.status import Status
@@ -34,7 +34,7 @@ def test_a_program_starts_only_when_told() -> None:
     run_ms(module, 100)
     assert module.board.outputs == 0
     assert module.execute(Instruction(129)) == (Status.OK, 0)
-    assert direct(module, "GGP 128, 0") == (Status.OK, State.RUN)
+    assert direct(module, "GGP 128, 0") == (Status.OK, RunState.RUN)
     run_to_stop(module)
     assert module.board.outputs == 1
     assert direct(module, "GGP 130, 0") == (Status.OK, 2)
@@ -56,7 +56,7 @@ def test_an_instruction_takes_its_time() -> None:
     run_until(module, 2 * CLOCKS)
     assert module.board.outputs == 3
     run_until(module, 3 * CLOCKS)
-    assert module.program.state is State.STOP
+    assert module.program.state is RunState.STOP
     assert module.program.executed == 3
 
 
@@ -64,7 +64,7 @@ def test_stop_and_run_go_on_where_the_program_was() -> None:
     module = started("Loop: CALC ADD, 1 \n SIO 255, 2, -1 \n JA Loop")
     run_instructions(module, 4)
     module.execute(Instruction(128))
-    assert (module.program.state, module.program.counter) == (State.STOP, 1)
+    assert (module.program.state, module.program.counter) == (RunState.STOP, 1)
     run_ms(module, 50)
     assert module.program.accumulator == 2
     module.execute(Instruction(129))
@@ -94,15 +94,15 @@ def test_step_executes_one_command() -> None:
     module = module_with("CALC LOAD, 1 \n CALC ADD, 1 \n WAIT TICKS, 0, 2 \n STOP")
     for counter, accumulator in ((1, 1), (2, 2)):
         module.execute(Instruction(130))
-        assert module.execute(Instruction(135)) == (Status.OK, State.STEP)
+        assert module.execute(Instruction(135)) == (Status.OK, RunState.STEP)
         run_instructions(module, 1)
-        assert (module.program.state, module.program.counter) == (State.STOP, counter)
+        assert (module.program.state, module.program.counter) == (RunState.STOP, counter)
         assert module.program.accumulator == accumulator
     module.execute(Instruction(130))
     run_ms(module, 15)
-    assert (module.program.state, module.program.counter) == (State.STEP, 2)
+    assert (module.program.state, module.program.counter) == (RunState.STEP, 2)
     run_ms(module, 10)
-    assert (module.program.state, module.program.counter) == (State.STOP, 3)
+    assert (module.program.state, module.program.counter) == (RunState.STOP, 3)
 
 
 def test_erased_memory_ends_the_program() -> None:
@@ -332,7 +332,7 @@ def test_a_polling_program_is_where_it_would_be(source: str, poke: str, data: st
     assert polled(source, [(when, poke)], until, data.draw(st.integers(CLOCKS, 300 * CLOCKS))) == plain
 
 
-def events(module: Module, milliseconds: int) -> int:
+def events(module: FirmwareModule, milliseconds: int) -> int:
     """How many events there are in the next time."""
     until, count = module.now + milliseconds * MS, 0
     while (when := module.next_event()) <= until:
@@ -434,7 +434,7 @@ def test_polling_the_speed_sees_the_motor_stop() -> None:
 def test_register_programs_run_exactly_in_any_slices(commands: list[Instruction], slices: list[int]) -> None:
     eeprom = Eeprom()
     eeprom.write_program([*commands, Instruction(28)])
-    module, plain = Module(Board(MODELS[343]), eeprom), Plain([*commands, *[Instruction(28)] * 2048])
+    module, plain = FirmwareModule(Board(MODELS[343]), eeprom), Plain([*commands, *[Instruction(28)] * 2048])
     module.power_on()
     module.program.run()
     steps = 0
@@ -505,7 +505,7 @@ def test_a_breakpoint_pauses_before_its_command() -> None:
     module.program.hook(lambda address: asked.append(address) or address == 2)
     module.program.run()
     run_ms(module, 5)
-    assert (module.program.state, module.program.counter, module.program.accumulator) == (State.STOP, 2, 2)
+    assert (module.program.state, module.program.counter, module.program.accumulator) == (RunState.STOP, 2, 2)
     assert asked == [1, 2]
     module.program.run()
     run_ms(module, 5)
@@ -634,9 +634,9 @@ def test_power_off_ends_everything() -> None:
     module = started("Loop: JA Loop")
     run_ms(module, 1)
     module.power_off()
-    assert module.program.state is State.STOP
+    assert module.program.state is RunState.STOP
     module.power_on()
-    assert module.program.state is State.STOP
+    assert module.program.state is RunState.STOP
     assert module.program.counter == 0
 
 
@@ -690,9 +690,9 @@ def test_a_wait_goes_on_whatever_is_said_about_stepping() -> None:
     module = started("WAIT TICKS, 0, 10 \n CALC ADD, 1 \n STOP")
     run_ms(module, 50)
     module.execute(Instruction(130))
-    assert (module.program.state, module.program.waiting) == (State.STEP, True)
+    assert (module.program.state, module.program.waiting) == (RunState.STEP, True)
     module.execute(Instruction(129))
-    assert module.program.state is State.RUN
+    assert module.program.state is RunState.RUN
     module.execute(Instruction(130))
     run_ms(module, 60)
-    assert (module.program.state, module.program.counter) == (State.STOP, 1)
+    assert (module.program.state, module.program.counter) == (RunState.STOP, 1)

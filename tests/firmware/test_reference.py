@@ -9,7 +9,7 @@ from tmcm34x.bench import Rig, build
 from tmcm34x.bench.description import parse
 from tmcm34x.clock import MS, run_until
 from tmcm34x.firmware.axis import Search
-from tmcm34x.firmware.module import Module
+from tmcm34x.firmware.module import FirmwareModule
 
 LEAD_MM = 8.0
 USTEPS_PER_MM = 200 * 64 / LEAD_MM
@@ -32,7 +32,7 @@ load = {{kind = "carriage", lead_mm = {LEAD_MM}, low = 0.0, high = 50.0, start =
 """
 
 
-def rig_of(*axes: str, program: str = "STOP") -> tuple[Rig, Module]:
+def rig_of(*axes: str, program: str = "STOP") -> tuple[Rig, FirmwareModule]:
     rig = build(parse("[[module]]\n" + "".join(axes)))
     module = rig.modules[0]
     module.eeprom.write_program(program_of(program))
@@ -55,7 +55,7 @@ def carriage_mm(rig: Rig, motor: int = 0) -> float:
     return rig.worlds[0].view()[motor].position
 
 
-def value(module: Module, line: str) -> int:
+def value(module: FirmwareModule, line: str) -> int:
     status, value = direct(module, line)
     assert status == 100
     return value

@@ -104,7 +104,7 @@ def test_random_can_frames_are_answered_with_as_many_bytes():
         if instruction.number in {9, 35} and instruction.motor == 0 and instruction.type in {70, 71, 83, 255}:
             continue
         size = rng.choice((7, 8))
-        port.receive(1, pack_can_request(instruction, size))
+        port.receive_frame(1, pack_can_request(instruction, size))
         if instruction.number != 137 or received:
             assert {(identifier, len(data)) for identifier, data in received} == {(2, size)}, instruction
         received.clear()

@@ -91,7 +91,7 @@ class Bench:
     def look(self, chance):
         for line in ("GAP 1, 0", "GGP 133, 0", "GAP 206, 1", "GGP 132, 0", "GIO 255, 0", "135 0, 0, 0"):
             self.send(line)
-        self.can.receive(1, pack_can_request(Instruction(COMMAND.GAP, 3, chance.randrange(3))))
+        self.can.receive_frame(1, pack_can_request(Instruction(COMMAND.GAP, 3, chance.randrange(3))))
 
     def pins(self, chance):
         board = self.module.board

@@ -79,7 +79,7 @@ class Bus:
         while not self.over:
             frame = self.bus.recv(0.05)
             if frame is not None:
-                self.port.receive(frame.arbitration_id, bytes(frame.data))
+                self.port.receive_frame(frame.arbitration_id, bytes(frame.data))
 
     def execute(self, line):
         assert self.rig.modules[0].execute(parse_instruction(line))[0] == 100

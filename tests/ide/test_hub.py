@@ -178,7 +178,7 @@ def test_a_program_that_another_host_has_changed_is_listed_without_its_source(tm
         await page.event(wire.Loaded)
         ide.virtual.module.eeprom.write_instruction(1, Instruction(28))
         loaded = await page.event(wire.Loaded)
-        assert (loaded.foreign, loaded.listing.path, loaded.listing.lines[1].text) == (True, "", "STOP")
+        assert (loaded.by_other_host, loaded.listing.path, loaded.listing.lines[1].text) == (True, "", "STOP")
 
     _go(tmp_path, scenario)
 

@@ -180,7 +180,7 @@ def test_frames_of_a_bus_are_part_of_the_history():
         bench = started()
         bus = Loopback()
         await bench.server.open_can(bus)
-        bus.node.receive(1, parse_frame("SGP 7, 2, 77"), None)
+        bus.node.receive_frame(1, parse_frame("SGP 7, 2, 77"), None)
         now, seen = bench.rig.now, visible(bench.rig)
         assert any(isinstance(port, CanPort) for port in bench.rig.modules[0].ports)
         bench.wait(0.3)

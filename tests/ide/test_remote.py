@@ -205,7 +205,7 @@ def test_after_the_line_was_lost_the_program_is_looked_at_again(tmp_path):
         another = await asyncio.to_thread(Bench, 343, port)
         try:
             loaded = await page.event(wire.Loaded)
-            assert (loaded.foreign, loaded.listing) == (True, None)
+            assert (loaded.by_other_host, loaded.listing) == (True, None)
         finally:
             await asyncio.to_thread(another.stop)
 

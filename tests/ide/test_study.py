@@ -151,17 +151,17 @@ def test_another_host_s_program_is_recognised_by_the_text_in_the_folder_that_mak
     async def scenario(ide, page):
         await page.call(wire.Download("program.tmc"))
         ide.virtual.module.eeprom.write_program([*assemble("ROR 1, 77\nSTOP\n").program, Instruction(0)])
-        loaded = await page.event(wire.Loaded, lambda event: event.foreign)
+        loaded = await page.event(wire.Loaded, lambda event: event.by_other_host)
         assert loaded.listing.path == "other.tmc"
         assert next((line.path, line.line) for line in loaded.listing.lines) == ("other.tmc", 2)
         ide.virtual.module.eeprom.write_program([*assemble("ROR 2, 5\nSTOP\n").program, Instruction(0)])
-        loaded = await page.event(wire.Loaded, lambda event: event.foreign)
+        loaded = await page.event(wire.Loaded, lambda event: event.by_other_host)
         assert (loaded.listing.path, [line.text for line in loaded.listing.lines]) == (
             "",
             ["ROR 2, 5", "STOP"],
         )
         ide.virtual.module.eeprom.write_program([Instruction(0)])
-        assert (await page.event(wire.Loaded, lambda event: event.foreign)).listing is None
+        assert (await page.event(wire.Loaded, lambda event: event.by_other_host)).listing is None
 
     _go(tmp_path, scenario)
 

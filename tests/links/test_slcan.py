@@ -20,7 +20,7 @@ class Bus:
         self.clients += 1
         return self
 
-    def receive(self, identifier, data, bit_rate):
+    def receive_frame(self, identifier, data, bit_rate):
         self.frames.append((identifier, data, bit_rate))
 
     def disconnect(self):
@@ -72,7 +72,7 @@ def test_a_frame_is_acknowledged_before_the_reply_to_it(host):
     def reply(identifier, data, bit_rate):
         host.bus.deliver(2, b"\x01")
 
-    host.bus.receive = reply
+    host.bus.receive_frame = reply
     assert host.ask("O\rt0010\r") == "\rz\rt002101\r"
     assert host.ask("T000000010\r") == "Z\rt002101\r"
 

@@ -21,8 +21,8 @@ def test_command_numbers_and_mnemonics_are_unique_and_sorted():
     numbers = [row.number for row in (*COMMANDS, *CONTROL_FUNCTIONS)]
     assert len(set(numbers)) == len(numbers)
     assert len(commands.BY_MNEMONIC) == len(COMMANDS)
-    assert not set(commands.FOREIGN_COMMANDS) & set(commands.BY_MNEMONIC)
-    assert not set(commands.FOREIGN_COMMANDS.values()) & set(numbers)
+    assert not set(commands.SISTER_COMMANDS) & set(commands.BY_MNEMONIC)
+    assert not set(commands.SISTER_COMMANDS.values()) & set(numbers)
 
 
 def test_the_mnemonic_list_of_chapter_6_5_is_complete():

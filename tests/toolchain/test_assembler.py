@@ -2,7 +2,7 @@
 
 import pytest
 
-from tmcm34x.tmcl.commands import BY_MNEMONIC, FOREIGN_COMMANDS, PROGRAM_SIZE
+from tmcm34x.tmcl.commands import BY_MNEMONIC, PROGRAM_SIZE, SISTER_COMMANDS
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import INCLUDE_DEPTH, assemble
 from tmcm34x.toolchain.diagnostics import Location, render
@@ -104,7 +104,7 @@ def test_every_command_assembles_with_its_words_and_numbers(row):
                 assert getattr(instruction, operand.field) == (number if operand.kind == "word" else 1)
 
 
-@pytest.mark.parametrize("name", FOREIGN_COMMANDS)
+@pytest.mark.parametrize("name", SISTER_COMMANDS)
 def test_commands_of_other_firmware_are_refused_by_name(name):
     (diagnostic,) = assemble(f"{name} 1").diagnostics
     assert diagnostic.code == "E202"

@@ -280,7 +280,7 @@ export interface Tables {
     axis_groups: string[];
     global_groups: string[];
     statuses: Choice[];
-    foreign: string[];
+    sister_commands: string[];
     functions: string[];
     clock_hz: number;
     program_size: number;
@@ -1118,11 +1118,11 @@ export interface FilesChanged {
     files: FileEntry[];
 }
 
-/** The module's program memory has a new program. foreign: it was stored by another host; its listing has the path of the text that makes it, or none */
+/** The module's program memory has a new program. by_other_host: it was stored by another host; its listing has the path of the text that makes it, or none */
 export interface Loaded {
     event: "loaded";
     listing: Listing | null;
-    foreign: boolean;
+    by_other_host: boolean;
 }
 
 /** A long call goes on; `done` equals `total` at its end. */

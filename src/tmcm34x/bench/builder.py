@@ -19,7 +19,7 @@ from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import MS, clocks
 from tmcm34x.firmware.boot import BootLoader
-from tmcm34x.firmware.module import Module
+from tmcm34x.firmware.module import FirmwareModule
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.world import device, signal
 from tmcm34x.world.load import Carriage, Load, Turntable, Zones
@@ -86,7 +86,7 @@ def _world(bench: d.Bench, index: int, eeprom: Eeprom | None) -> World:
     row = bench.module[index]
     seed = noise(bench.seed, index) if index else bench.seed
     new = eeprom is None
-    module = Module(
+    module = FirmwareModule(
         Board(MODELS[row.model], seed=seed),
         eeprom or Eeprom(row.model),
         seed=seed,
@@ -114,7 +114,7 @@ def _world(bench: d.Bench, index: int, eeprom: Eeprom | None) -> World:
 # Axes
 
 
-def _fitting(path: str, axis: d.Axis | None, seed: int) -> Fitting:
+def _fitting(path: str, axis: d.AxisDescription | None, seed: int) -> Fitting:
     if axis is None:
         return Fitting(LoadAxis(Motor(), FREE_SHAFT))
     motor = Motor(**{name: getattr(axis.motor, name) for name in d.Motor.__struct_fields__})
@@ -143,7 +143,7 @@ def _fitting(path: str, axis: d.Axis | None, seed: int) -> Fitting:
     )
 
 
-def _shape(axis: d.Axis) -> d.Shape:
+def _shape(axis: d.AxisDescription) -> d.Shape:
     """How an axis is drawn whose description does not say so."""
     if isinstance(axis.load, d.Turntable):
         return "turntable"
@@ -152,7 +152,7 @@ def _shape(axis: d.Axis) -> d.Shape:
     return "shaft" if all(end is None for end in ends) else "rail"
 
 
-def _check_drawing(path: str, module: d.Module) -> None:
+def _check_drawing(path: str, module: d.ModuleDescription) -> None:
     """Refuse a shape that its load does not have, and a plane of anything but two carriages."""
     for motor, axis in enumerate(module.axis):
         if axis.shape in _SHAPES_OF_CARRIAGES and isinstance(axis.load, d.Turntable):
@@ -230,7 +230,7 @@ def _switch(units: float, turn: int | None, path: str, row: d.Switch | None, out
 # Devices and inputs
 
 
-def _attach(select: int, row: d.Device | None, world: World, module: d.Module) -> None:
+def _attach(select: int, row: d.Device | None, world: World, module: d.ModuleDescription) -> None:
     if isinstance(row, d.Tmcm323):
         encoders = {
             motor: Disc(axis.encoder.lines, axis.encoder.slip, NULL_LEVELS[axis.encoder.null])

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tmcm34x.bench.rig import Rig
     from tmcm34x.bench.world import World
     from tmcm34x.firmware.changes import Change
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
 
 WITHOUT_EFFECT: Final = {
     "no_speed": "moves with a largest speed of 0 (axis parameter 4)",
@@ -37,7 +37,7 @@ class ModuleCounters:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._module: Module = world.module
+        self._module: FirmwareModule = world.module
         self.refused: Counter[int] = Counter()
         self.writes: Counter[str] = Counter()
         self.without_effect: Counter[str] = Counter()

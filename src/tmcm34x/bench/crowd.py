@@ -20,7 +20,7 @@ from tmcm34x.tmcl.numbers import GP
 
 if TYPE_CHECKING:
     from tmcm34x.bench.rig import Rig
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
 
 ANY: Final = -1
 """The key of modules that get every telegram: those with observers."""
@@ -29,7 +29,9 @@ ANY: Final = -1
 class Book:
     """The modules that a telegram may be meant for, by its address or identifier."""
 
-    def __init__(self, modules: Sequence[Module], keys: Callable[[Module], tuple[int, ...]]) -> None:
+    def __init__(
+        self, modules: Sequence[FirmwareModule], keys: Callable[[FirmwareModule], tuple[int, ...]]
+    ) -> None:
         self._all = modules
         self._find = keys
         self._keys: list[tuple[int, ...]] = [()] * len(modules)
@@ -56,13 +58,13 @@ class Book:
         return sorted(found)
 
 
-def _addresses(module: Module) -> tuple[int, ...]:
+def _addresses(module: FirmwareModule) -> tuple[int, ...]:
     """The addresses of telegrams that a module takes or shows."""
     address = module.address
     return address, module.second_address or address, ANY if module.observers else address
 
 
-def _identifiers(module: Module) -> tuple[int, ...]:
+def _identifiers(module: FirmwareModule) -> tuple[int, ...]:
     """The identifiers of frames that a module takes."""
     settings = module.eeprom.global_values
     return settings[GP.CAN_ID], settings[GP.CAN_SECONDARY_ID] or settings[GP.CAN_ID]

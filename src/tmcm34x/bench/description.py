@@ -137,7 +137,7 @@ class Encoder(Struct, frozen=True):
     null: Annotated[Literal["high", "low", "none"], _text("level of the null channel at its mark")] = "high"
 
 
-class Axis(Struct, frozen=True):
+class AxisDescription(Struct, frozen=True):
     """One motor with what it drives."""
 
     motor: Annotated[Motor, _text("the motor")] = Motor()
@@ -274,7 +274,7 @@ class Spi(Struct, frozen=True):
     SPI_SEL2: Annotated[Device | None, _text("device on select line 2 (SAC bus 3)")] = None
 
 
-class Module(Struct, frozen=True):
+class ModuleDescription(Struct, frozen=True):
     """One module on the line."""
 
     model: Annotated[ModelNumber, _text("type number")] = 343
@@ -290,8 +290,8 @@ class Module(Struct, frozen=True):
     ] = "standard"
     powered: Annotated[bool, _text("whether it is switched on at the beginning")] = True
     axis: Annotated[
-        list[Axis], Meta(max_length=3), _text("axes of motors 0, 1, 2; those left out turn freely")
-    ] = msgspec.field(default_factory=list[Axis])
+        list[AxisDescription], Meta(max_length=3), _text("axes of motors 0, 1, 2; those left out turn freely")
+    ] = msgspec.field(default_factory=list[AxisDescription])
     plane: Annotated[
         tuple[MotorNumber, MotorNumber] | None,
         _text("motors of two carriages that move one tool, X first; the IDE draws them as one plan view"),
@@ -332,7 +332,7 @@ class Event(Struct, frozen=True):
 class Bench(Struct, frozen=True):
     """The whole file: modules on one line, and events."""
 
-    module: Annotated[list[Module], Meta(min_length=1), _text("the modules")]
+    module: Annotated[list[ModuleDescription], Meta(min_length=1), _text("the modules")]
     title: Annotated[str, _text("what the bench is, in a line")] = ""
     seed: Annotated[int, _text("of everything random: bouncing contacts, random numbers of the modules")] = 0
     instruction_us: Annotated[Positive, _text("time of one TMCL instruction in stand-alone mode")] = 100.0

@@ -151,20 +151,20 @@ class CanEnd:
         """Kind and options, for `open_line`."""
         return "can", ()
 
-    def receive(self, identifier: int, data: bytes, bit_rate: int | None = None) -> None:
+    def receive_frame(self, identifier: int, data: bytes, bit_rate: int | None = None) -> None:
         """Take a frame; modules at another bit rate do not understand it."""
         crowd = self._crowd
         if crowd is None:
             for port in self._ports:
                 if bit_rate in {None, port.bit_rate}:
-                    port.receive(identifier, data)
+                    port.receive_frame(identifier, data)
             return
         meant = crowd.identified(identifier & IDENTIFIER_BITS)
         for index in meant:
             port = self._ports[index]
             if bit_rate in {None, port.bit_rate}:
                 crowd.reach(index)
-                port.receive(identifier, data)
+                port.receive_frame(identifier, data)
         crowd.look(meant)
 
     def unplug(self) -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from tmcm34x.board.board import Board, Side
     from tmcm34x.chips.tmc423 import Counter
     from tmcm34x.chips.tmc429 import Motion, Tmc429
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
 
 X_MIN: Final = -(1 << 23)
 X_MAX: Final = (1 << 23) - 1
@@ -82,7 +82,7 @@ class Disc(NamedTuple):
 class Mount:
     """One motor of a module with the axis on it."""
 
-    def __init__(self, module: Module, motor: int, fitting: Fitting) -> None:
+    def __init__(self, module: FirmwareModule, motor: int, fitting: Fitting) -> None:
         board: Board = module.board
         index, smda = board.wiring(motor)
         self.module = module

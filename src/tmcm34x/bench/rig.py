@@ -15,7 +15,7 @@ from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
 from tmcm34x.clock import NEVER, Value
 from tmcm34x.firmware.boot import BootLoader
-from tmcm34x.firmware.module import INSTRUCTION_CLOCKS, Module
+from tmcm34x.firmware.module import INSTRUCTION_CLOCKS, FirmwareModule
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.world.load import Carriage
 from tmcm34x.world.load_axis import LoadAxis
@@ -210,7 +210,7 @@ def simple_rig(
     address, host_address: written into the memory if given
     instruction_clocks: time of one instruction of a stand-alone program
     """
-    module = Module(
+    module = FirmwareModule(
         Board(MODELS[model], seed=seed),
         eeprom or Eeprom(model),
         seed=seed,

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
 from tmcm34x.chips.ramp import VELOCITY
 from tmcm34x.clock import HZ, NEVER
-from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, X_TARGET, Axis
+from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, X_TARGET, AxisState
 from tmcm34x.tmcl.commands import WAIT_TYPES
 
 if TYPE_CHECKING:
     from tmcm34x.bench.rig import Rig
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
     from tmcm34x.firmware.program import ProgramError
 
 STOPPED: Final = "stopped"
@@ -191,7 +191,7 @@ def ending_of(rig: Rig) -> str:
     return TURNING if turning else IDLE
 
 
-def _quiet(module: Module) -> bool:
+def _quiet(module: FirmwareModule) -> bool:
     """Whether the program has stopped, waits without end, or goes round in a cycle."""
     program = module.program
     if not program.active:
@@ -222,17 +222,17 @@ def _uneventful(rig: Rig) -> bool:
     return rig.next_disturbance() >= passes
 
 
-def _awaits_pass(module: Module) -> bool:
+def _awaits_pass(module: FirmwareModule) -> bool:
     """Whether the program waits until a turning motor passes its target position."""
     wait = module.program.wait
     return wait is not None and wait.kind == _POS and bool(module.axes[wait.motor].read(V_ACTUAL))
 
 
-def _searching(module: Module) -> bool:
+def _searching(module: FirmwareModule) -> bool:
     return any(axis.search for axis in module.axes)
 
 
-def _settled(module: Module) -> bool:
+def _settled(module: FirmwareModule) -> bool:
     """Whether each motor goes on as it does now: at rest, turning evenly, or held by a switch."""
     return all(
         axis.read(V_ACTUAL) == axis.read(V_TARGET) if axis.read(RAMP_MODE) == VELOCITY else _arrived(axis)
@@ -240,10 +240,10 @@ def _settled(module: Module) -> bool:
     ) or _held(module)
 
 
-def _arrived(axis: Axis) -> bool:
+def _arrived(axis: AxisState) -> bool:
     return axis.at_target and not axis.read(V_ACTUAL)
 
 
-def _held(module: Module) -> bool:
+def _held(module: FirmwareModule) -> bool:
     """Whether motors that want to move are held by switches, all of them at rest."""
     return module.board.next_event() >= NEVER and not any(axis.read(V_ACTUAL) for axis in module.axes)

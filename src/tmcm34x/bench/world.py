@@ -21,13 +21,13 @@ from tmcm34x.world.switch import Line
 
 if TYPE_CHECKING:
     from tmcm34x.board.board import Side
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
 
 SHUTDOWN: Final = 8
 """Number of the SHUTDOWN pin among the inputs, behind IN_0..IN_7."""
 
 _ENCODERS: Final = "encoders"
-_FOREIGN: Final = "foreign"
+_OTHER: Final = "other"
 """Names of SPI devices in saved states, besides those of `device.KINDS`: the encoder chip, and what cannot be saved."""
 
 
@@ -42,7 +42,7 @@ class Disc(NamedTuple):
 class World:
     """What hangs on `module`: an axis on each motor, and what `connect` and `attach_encoders` add."""
 
-    def __init__(self, module: Module, fittings: Sequence[Fitting]) -> None:
+    def __init__(self, module: FirmwareModule, fittings: Sequence[Fitting]) -> None:
         board = module.board
         self.module = module
         self.mounts = tuple(Mount(module, motor, fitting) for motor, fitting in enumerate(fittings))
@@ -183,7 +183,7 @@ class World:
         for name, kind in device.KINDS.items():
             if isinstance(there, kind):
                 return name, there.save()
-        return _FOREIGN, ()
+        return _OTHER, ()
 
     def _load_device(self, select: int, saved: Any) -> None:
         attach = self.module.board.attach_spi
@@ -192,7 +192,7 @@ class World:
             attach(select, None)
         elif kind == _ENCODERS:
             attach(select, self.encoder_chip)
-        elif kind != _FOREIGN:
+        elif kind != _OTHER:
             attach(select, device.KINDS[kind](*operands))
 
     # Inputs

@@ -146,7 +146,7 @@ class _Player:
 
         def send(request: Record) -> None:
             for port in ports:
-                port.receive(request.identifier, request.data)
+                port.receive_frame(request.identifier, request.data)
 
         return send
 

@@ -95,7 +95,7 @@ class BusTap:
         self._log = LineLog(self._tape, name)
         return self
 
-    def receive(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
+    def receive_frame(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
         """Take a frame."""
         del bit_rate
         direction: Direction = "<" if identifier == self._reply else ">"

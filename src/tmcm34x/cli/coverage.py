@@ -18,7 +18,7 @@ from tmcm34x.trace.coverage import (
 from tmcm34x.trace.tracefile import read_tracefile, write_tracefile
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
     from tmcm34x.firmware.program import Counts
     from tmcm34x.toolchain.assembler import Assembly
 
@@ -55,7 +55,7 @@ def write(path: Path, assembly: Assembly, counts: Counts, earlier: Coverage) -> 
         raise CliError(f"{error.filename}: {error.strerror}") from None
 
 
-def profile(assembly: Assembly, counts: Counts, module: Module) -> str:
+def profile(assembly: Assembly, counts: Counts, module: FirmwareModule) -> str:
     """The tables of subroutines and lines."""
     clocks = module.instruction_clocks
     subroutines = subroutine_costs(assembly, counts, clocks)

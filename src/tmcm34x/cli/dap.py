@@ -146,11 +146,11 @@ def _converse(read: Callable[[], bytes], write: Callable[[bytes], object]) -> No
 def _take(adapter: Adapter, framing: Framing, data: bytes) -> None:
     try:
         for message in framing.feed(data):
-            adapter.receive(message)
+            adapter.handle(message)
             if adapter.over:
                 return
     except FramingError:
-        adapter.receive(None)
+        adapter.handle(None)
         raise
 
 

@@ -21,7 +21,7 @@ from tmcm34x.trace.waveform import WaveformRecorder
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
     from tmcm34x.tmcl.datagram import Instruction
 
 _MOTION: Final = frozenset(BY_MNEMONIC[name].number for name in ("ROR", "ROL", "MST", "MVP", "RFS"))
@@ -100,7 +100,7 @@ def _painter(picture: PictureRecorder, path: Path, title: str) -> Callable[[], N
 class Watcher:
     """Observes the module whose program runs, for the recorders that need each command."""
 
-    def __init__(self, module: Module) -> None:
+    def __init__(self, module: FirmwareModule) -> None:
         self.stream: TextIO | None = None
         self.waveform: WaveformRecorder | None = None
         self.picture: PictureRecorder | None = None

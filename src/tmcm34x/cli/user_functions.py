@@ -24,7 +24,7 @@ from tmcm34x.tmcl.datagram import signed32
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
 
 FUNCTIONS: Final = 8
 """UF0 to UF7."""
@@ -37,7 +37,7 @@ option = click.option(
 )
 
 
-def attach(path: Path, modules: Iterable[Module], report: Callable[[str], None]) -> None:
+def attach(path: Path, modules: Iterable[FirmwareModule], report: Callable[[str], None]) -> None:
     """Give `modules` the functions and the bank 1 that the file at `path` defines.
 
     report: called with one line when a function fails later; the module then answers status 6.
@@ -85,7 +85,7 @@ class _Guarded(NamedTuple):
     function: Callable[..., Any]
     report: Callable[[str], None]
 
-    def __call__(self, module: Module, type_: int, motor: int, value: int) -> tuple[int, int]:
+    def __call__(self, module: FirmwareModule, type_: int, motor: int, value: int) -> tuple[int, int]:
         try:
             return _result(self.function(module, type_, motor, value), value)
         except Exception as error:

@@ -27,27 +27,27 @@ from tmcm34x.world.load_axis import Grip
 if TYPE_CHECKING:
     from tmcm34x.bench import World
     from tmcm34x.board.board import Side
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
     from tmcm34x.firmware.program import ProgramError
     from tmcm34x.firmware.roles import Port
 
-Signs = Callable[["Module", "World | None"], Iterator[str]]
+Signs = Callable[["FirmwareModule", "World | None"], Iterator[str]]
 """Everything of one kind that is so now, each in words."""
 
 _SIDES: Final[tuple[Side, ...]] = ("left", "right")
 _OUT_OF_STEP: Final = frozenset({Grip.STALLED, Grip.BLOCKED})
 
 
-def _no_signs(_: Module, __: World | None) -> Iterator[str]:
+def _no_signs(_: FirmwareModule, __: World | None) -> Iterator[str]:
     yield from ()
 
 
-def _error_flags(module: Module, _: World | None) -> Iterator[str]:
+def _error_flags(module: FirmwareModule, _: World | None) -> Iterator[str]:
     errors = module.program.registers.errors
     yield from (f"the flag {word} is set" for word, bit in ERROR_FLAGS.items() if errors & bit)
 
 
-def _driver_flags(module: Module, _: World | None) -> Iterator[str]:
+def _driver_flags(module: FirmwareModule, _: World | None) -> Iterator[str]:
     if not module.powered or not module.board.model.drivers:
         return
     names = BY_NUMBER[AP.DRIVER_ERROR_FLAGS].bits
@@ -56,7 +56,7 @@ def _driver_flags(module: Module, _: World | None) -> Iterator[str]:
         yield from (f"driver of motor {motor}: {name}" for bit, name in enumerate(names) if flags >> bit & 1)
 
 
-def _closed_switches(module: Module, _: World | None) -> Iterator[str]:
+def _closed_switches(module: FirmwareModule, _: World | None) -> Iterator[str]:
     for motor in range(MOTORS):
         yield from (
             f"the {side} switch of motor {motor} closed"
@@ -65,7 +65,7 @@ def _closed_switches(module: Module, _: World | None) -> Iterator[str]:
         )
 
 
-def _lost_steps(_: Module, world: World | None) -> Iterator[str]:
+def _lost_steps(_: FirmwareModule, world: World | None) -> Iterator[str]:
     for mount in () if world is None else world.mounts:
         if mount.axis.grip in _OUT_OF_STEP:
             yield f"motor {mount.motor} loses steps"
@@ -119,7 +119,7 @@ Wanted = Mapping[str, Expression | None]
 """Keys of breaks, each with its condition, if it has one."""
 
 
-def error_text(module: Module, error: ProgramError) -> str:
+def error_text(module: FirmwareModule, error: ProgramError) -> str:
     """What went wrong in a program, in one line."""
     stored = module.program.memory.read(error.address)
     if not isinstance(stored, Instruction) or stored.number == 0:
@@ -136,7 +136,7 @@ class Breaks:
     instruction = None
     """As an observer: single commands need not be shown."""
 
-    def __init__(self, module: Module, world: World | None, read: Read) -> None:
+    def __init__(self, module: FirmwareModule, world: World | None, read: Read) -> None:
         self._module = module
         self._world = world
         self._read = read

@@ -15,13 +15,13 @@ from tmcm34x.tmcl.datagram import Instruction
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.debug.branches import Branch, Input, LineShape, Snapshot
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
 
 
 class Holding:
     """Holds a program of `module` as an input did that is still to come: before a command, or after a refused one."""
 
-    def __init__(self, module: Module, due: Input) -> None:
+    def __init__(self, module: FirmwareModule, due: Input) -> None:
         self._module = module
         self._clock = due.clock
         if due.kind == HELD:
@@ -176,7 +176,9 @@ def _do_unplug(course: Course, number: int) -> None:
 
 
 def _do_receive(course: Course, number: int, *values: Any) -> None:
-    course.lines[number].receive(*values)
+    line = course.lines[number]
+    receive = line.receive if isinstance(line, SerialEnd) else line.receive_frame
+    receive(*values)
 
 
 def change_lines(course: Course, _: int, *shapes: LineShape) -> None:

@@ -203,7 +203,7 @@ class History:
         self.record("plugged", number, end.describe())
 
     def received(self, end: LineEnd, values: tuple[Any, ...]) -> None:
-        """`end.receive` was called with these values: `record` without the calls that a line would have to pay for."""
+        """`end` has received these values: `record` without the calls that a line would have to pay for."""
         course, now = self._course, self.rig.now
         branch = course.branch
         inputs = branch.inputs

@@ -49,7 +49,7 @@ from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 
 if TYPE_CHECKING:
     from tmcm34x.bench import World
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
     from tmcm34x.toolchain.assembler import Symbol
 
 Execute = Callable[[Instruction], tuple[int, int]]
@@ -83,14 +83,19 @@ class Item(NamedTuple):
 class View:
     """Names to values, both ways.
 
-    read: answers a reading command; a module in this process is looked at without acting (`Module.peek`)
+    read: answers a reading command; a module in this process is looked at without acting (`FirmwareModule.peek`)
     write: has a command executed
     module: in this process, for what no command tells; None for one at the end of a line
     world: its bench, for the levels of the inputs
     """
 
     def __init__(
-        self, read: Execute, write: Execute, *, module: Module | None = None, world: World | None = None
+        self,
+        read: Execute,
+        write: Execute,
+        *,
+        module: FirmwareModule | None = None,
+        world: World | None = None,
     ) -> None:
         self._read, self._write = read, write
         self._module, self._world = module, world
@@ -104,7 +109,7 @@ class View:
         """Called with each value that was changed through this view: its name with indices, and what it was set to."""
 
     @classmethod
-    def of(cls, module: Module, world: World | None = None) -> View:
+    def of(cls, module: FirmwareModule, world: World | None = None) -> View:
         """The view of a module in this process."""
         return cls(module.peek, module.execute, module=module, world=world)
 
@@ -222,7 +227,7 @@ class View:
             setattr(program.registers, key, value)
 
     def _set_flag(self, flag: str, on: bool) -> None:
-        registers = cast("Module", self._module).program.registers
+        registers = cast("FirmwareModule", self._module).program.registers
         if flag in ERROR_FLAGS:
             bit = ERROR_FLAGS[flag]
             registers.errors = registers.errors | bit if on else registers.errors & ~bit

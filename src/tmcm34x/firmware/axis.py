@@ -78,7 +78,7 @@ class Search(IntEnum):
     LEAVING_RIGHT = 6
 
 
-class Axis:
+class AxisState:
     """One motor: its registers in the motion chip, its parameters in RAM by number, and its state."""
 
     __slots__ = (

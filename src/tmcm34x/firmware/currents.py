@@ -16,7 +16,7 @@ from tmcm34x.firmware.axis import A_ACTUAL, V_ACTUAL
 from tmcm34x.tmcl.numbers import AP
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.axis import Axis
+    from tmcm34x.firmware.axis import AxisState
     from tmcm34x.firmware.state import ModuleState
 
 GRID: Final = 5 * MS
@@ -35,7 +35,7 @@ def next_grid(now: int) -> int:
     return (now // GRID + 1) * GRID
 
 
-def under_way(core: ModuleState, axis: Axis) -> int:
+def under_way(core: ModuleState, axis: AxisState) -> int:
     """When a motor that starts now is certain to have begun: a period of 5 ms after a ramp tick."""
     return next_grid(core.now + (RAMP_TICK << axis.values[AP.RAMP_DIVISOR]))
 
@@ -52,7 +52,7 @@ def reschedule(core: ModuleState) -> None:
 # Motion
 
 
-def started(core: ModuleState, axis: Axis) -> None:
+def started(core: ModuleState, axis: AxisState) -> None:
     """A command may have set a motor in motion: full current, and a look as soon as it must be under way.
 
     A command that leaves the motor as it is starts nothing (fidelity FW-41).
@@ -67,14 +67,14 @@ def started(core: ModuleState, axis: Axis) -> None:
     reschedule(core)
 
 
-def freed(core: ModuleState, axis: Axis) -> None:
+def freed(core: ModuleState, axis: AxisState) -> None:
     """What held a motor may have gone: if it starts, that is seen when it is under way."""
     if not axis.moving and (axis.open or not axis.at_target):
         core.look_due = min(core.look_due, under_way(core, axis))
         reschedule(core)
 
 
-def begin(core: ModuleState, axis: Axis) -> None:
+def begin(core: ModuleState, axis: AxisState) -> None:
     """A motor moves: run current, driver on."""
     axis.moving = True
     axis.power_due = axis.free_due = NEVER
@@ -83,7 +83,7 @@ def begin(core: ModuleState, axis: Axis) -> None:
     plan_poll(core)
 
 
-def end(core: ModuleState, axis: Axis, now: int) -> None:
+def end(core: ModuleState, axis: AxisState, now: int) -> None:
     """A motor rests: the current goes down and the driver off later."""
     axis.moving = False
     axis.rest_since = now
@@ -92,7 +92,7 @@ def end(core: ModuleState, axis: Axis, now: int) -> None:
     plan_poll(core)
 
 
-def plan_rest(core: ModuleState, axis: Axis) -> None:
+def plan_rest(core: ModuleState, axis: AxisState) -> None:
     """Find the clocks of standby current (214) and freewheeling (204)."""
     values, board = axis.values, core.circuit
     if AP.POWER_DOWN_DELAY not in values:
@@ -104,7 +104,7 @@ def plan_rest(core: ModuleState, axis: Axis) -> None:
     axis.free_due = max(since + freewheeling * REST_UNIT, soon) if freewheeling else NEVER
 
 
-def set_current(core: ModuleState, axis: Axis, parameter: int) -> None:
+def set_current(core: ModuleState, axis: AxisState, parameter: int) -> None:
     """Set a coil current to axis parameter 6 or 7, or to 200 while the speed changes."""
     current = axis.values.get(parameter)
     if current is None:
@@ -114,7 +114,7 @@ def set_current(core: ModuleState, axis: Axis, parameter: int) -> None:
     core.circuit.set_current(axis.motor, current)
 
 
-def _boosted(axis: Axis, current: int) -> int:
+def _boosted(axis: AxisState, current: int) -> int:
     """The current of a moving motor: parameter 200 of later firmware while the speed changes."""
     boost = axis.values[_BOOST_CURRENT]
     return boost if boost and (axis.read(A_ACTUAL) or not axis.read(V_ACTUAL)) else current
@@ -123,7 +123,7 @@ def _boosted(axis: Axis, current: int) -> int:
 # Parameters
 
 
-def settings_changed(core: ModuleState, axis: Axis) -> None:
+def settings_changed(core: ModuleState, axis: AxisState) -> None:
     """An axis parameter that is watched here has a new value."""
     if axis.moving:
         set_current(core, axis, AP.MAX_CURRENT)
@@ -136,7 +136,7 @@ def settings_changed(core: ModuleState, axis: Axis) -> None:
     reschedule(core)
 
 
-def rest_time_changed(core: ModuleState, axis: Axis) -> None:
+def rest_time_changed(core: ModuleState, axis: AxisState) -> None:
     """Axis parameter 204 or 214 has a new value."""
     if not axis.moving:
         plan_rest(core, axis)
@@ -146,7 +146,7 @@ def rest_time_changed(core: ModuleState, axis: Axis) -> None:
 # Polling
 
 
-def watched(core: ModuleState, axis: Axis) -> bool:
+def watched(core: ModuleState, axis: AxisState) -> bool:
     """Whether a motor must be polled while it moves: what a threshold or parameter 200 sets is in use."""
     values = axis.values
     return bool(
@@ -166,7 +166,7 @@ def plan_poll(core: ModuleState) -> None:
         core.poll_due = next_grid(core.now)
 
 
-def choose_pattern(core: ModuleState, axis: Axis) -> None:
+def choose_pattern(core: ModuleState, axis: AxisState) -> None:
     """Bring the driver's decay and current cells in line with the speed."""
     values = axis.values
     if AP.MIXED_DECAY_THRESHOLD in values:

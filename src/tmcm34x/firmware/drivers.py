@@ -19,7 +19,7 @@ from tmcm34x.chips.tmc246 import LOAD_MAX, LOAD_SHIFT
 
 if TYPE_CHECKING:
     from tmcm34x.board.circuit import Circuit
-    from tmcm34x.firmware.axis import Axis
+    from tmcm34x.firmware.axis import AxisState
 
 FLAGS: Final = 0xFF
 
@@ -80,7 +80,7 @@ def peek_datagram_words(board: Circuit) -> tuple[int, int]:
     return transfer(_LOW.read()) & DATA, transfer(_HIGH.read()) & DATA
 
 
-def set_pattern(board: Circuit, axis: Axis, speed: int, mixed_decay: int, full_step: int) -> None:
+def set_pattern(board: Circuit, axis: AxisState, speed: int, mixed_decay: int, full_step: int) -> None:
     """Choose decay and current cells of a motor for a speed.
 
     mixed_decay: threshold, -1 always (axis parameter 203)

@@ -4,7 +4,7 @@ At each clock the work is done in one fixed order, whatever the slicing of time:
 reference searches, the stand-alone program, delayed replies.  Commands of hosts are executed between two calls
 of `advance`, at `now`.  When the world changes a pin, the firmware notices one clock later.
 
-Ports (`firmware.ports`) are made with a module and add themselves to `Module.ports`.
+Ports (`firmware.ports`) are made with a module and add themselves to `FirmwareModule.ports`.
 
 Source: manual 6, 8.1; power-on, order and time-outs: fidelity FW-90 to FW-92.
 """
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from tmcm34x.tmcl.datagram import Instruction
 
 
-class Module(ModuleState):
+class FirmwareModule(ModuleState):
     """A TMCM-34x: `board` with `eeprom`, switched off.
 
     seed: start of the random numbers of global parameter 133
@@ -244,10 +244,10 @@ class Module(ModuleState):
         return _rebuilt, (parts, self.save())
 
 
-def _rebuilt(parts: tuple[Any, ...], state: Any) -> Module:
-    """The copy that `Module.__reduce_ex__` describes."""
+def _rebuilt(parts: tuple[Any, ...], state: Any) -> FirmwareModule:
+    """The copy that `FirmwareModule.__reduce_ex__` describes."""
     board, eeprom, instruction_clocks, boot, ports, user_functions = parts
-    module = Module(board, eeprom, instruction_clocks=instruction_clocks, profile=eeprom.profile)
+    module = FirmwareModule(board, eeprom, instruction_clocks=instruction_clocks, profile=eeprom.profile)
     if boot is not None:
         boot(module)
     for port in ports:

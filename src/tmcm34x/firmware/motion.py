@@ -21,7 +21,7 @@ from tmcm34x.tmcl.numbers import AP
 from tmcm34x.tmcl.units import LARGEST
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.axis import Axis
+    from tmcm34x.firmware.axis import AxisState
     from tmcm34x.firmware.state import ModuleState
 
 _FRACTION: Final = 64
@@ -30,7 +30,7 @@ OPEN: Final = LARGEST
 """The chip's V_MAX in velocity mode: no limit."""
 
 
-def enter_velocity_mode(axis: Axis) -> None:
+def enter_velocity_mode(axis: AxisState) -> None:
     """Velocity mode with open V_MAX; the target speed stays what it is."""
     if axis.scaled:
         axis.restore_limits()
@@ -39,32 +39,32 @@ def enter_velocity_mode(axis: Axis) -> None:
     axis.open = True
 
 
-def enter_ramp_mode(core: ModuleState, axis: Axis, mode: int) -> None:
+def enter_ramp_mode(core: ModuleState, axis: AxisState, mode: int) -> None:
     """Position mode (0) or soft mode (1), limited by parameter 4."""
     axis.restore_limits()
     axis.write(RAMP_MODE, mode)
     started(core, axis)
 
 
-def rotate(core: ModuleState, axis: Axis, velocity: int) -> None:
+def rotate(core: ModuleState, axis: AxisState, velocity: int) -> None:
     """Turn at `velocity` (-2047..2047) until the next motion command."""
     enter_velocity_mode(axis)
     axis.write(V_TARGET, velocity)
     started(core, axis)
 
 
-def stop(core: ModuleState, axis: Axis) -> None:
+def stop(core: ModuleState, axis: AxisState) -> None:
     """Come to rest along the ramp: velocity mode, target speed 0."""
     rotate(core, axis, 0)
 
 
-def halt(core: ModuleState, axis: Axis) -> None:
+def halt(core: ModuleState, axis: AxisState) -> None:
     """Come to rest at once: velocity mode, target and actual speed 0."""
     rotate(core, axis, 0)
     axis.write(V_ACTUAL, 0)
 
 
-def move_to(core: ModuleState, axis: Axis, position: int) -> None:
+def move_to(core: ModuleState, axis: AxisState, position: int) -> None:
     """Go to `position` with the limits of parameters 4 and 5."""
     if not axis.values[AP.MAX_SPEED] and position != axis.read(X_ACTUAL):
         core.tell("no_speed", axis.motor)
@@ -72,7 +72,7 @@ def move_to(core: ModuleState, axis: Axis, position: int) -> None:
     enter_ramp_mode(core, axis, RAMP)
 
 
-def move_interpolated(core: ModuleState, targets: Sequence[tuple[Axis, int]]) -> None:
+def move_interpolated(core: ModuleState, targets: Sequence[tuple[AxisState, int]]) -> None:
     """Take motors to positions so that all arrive together, on a straight line.
 
     Speeds and accelerations are in the ratio of the ways, as fast as parameters 4 and 5 of every motor allow:

@@ -1,4 +1,4 @@
-"""The built-in reference search: one state machine for each motor, in `Axis.search`.
+"""The built-in reference search: one state machine for each motor, in `AxisState.search`.
 
 Mode 1 looks for the left (reference) switch, modes 2 and 3 for the right one first; a motor that starts on the right
 switch leaves it, so that its edge is met from outside.  Once the left input closes, the motor leaves it slowly to the
@@ -22,7 +22,7 @@ from tmcm34x.firmware.axis import STOP_SWITCHES, V_ACTUAL, X_ACTUAL, Search
 from tmcm34x.tmcl.numbers import AP
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.axis import Axis
+    from tmcm34x.firmware.axis import AxisState
     from tmcm34x.firmware.state import ModuleState
 
 LEFT_SWITCH_ONLY: Final = 1
@@ -41,7 +41,7 @@ _NEXT: Final = {
 """The stretches in their order; REENTERING is followed by the way to zero."""
 
 
-def start(core: ModuleState, axis: Axis) -> None:
+def start(core: ModuleState, axis: AxisState) -> None:
     """RFS START: begin, or begin again, with the mode that is set now."""
     left_only = axis.values[AP.REFERENCE_MODE] == LEFT_SWITCH_ONLY
     _set_stops(axis, right=not left_only, left=True)
@@ -52,14 +52,14 @@ def start(core: ModuleState, axis: Axis) -> None:
     advance(core, axis)
 
 
-def stop(core: ModuleState, axis: Axis) -> None:
+def stop(core: ModuleState, axis: AxisState) -> None:
     """RFS STOP: leave off, along the ramp."""
     if axis.search:
         abort(axis)
         motion.stop(core, axis)
 
 
-def abort(axis: Axis) -> None:
+def abort(axis: AxisState) -> None:
     """Leave off, because another command takes over the motor or all is done; 12 and 13 are in force again."""
     if axis.search:
         axis.search = Search.IDLE
@@ -67,25 +67,25 @@ def abort(axis: Axis) -> None:
         _set_stops(axis, right=not values[AP.RIGHT_SWITCH_DISABLE], left=not values[AP.LEFT_SWITCH_DISABLE])
 
 
-def stop_motor(core: ModuleState, axis: Axis) -> None:
+def stop_motor(core: ModuleState, axis: AxisState) -> None:
     """Stop a motor along its ramp, whatever it was doing."""
     abort(axis)
     motion.stop(core, axis)
 
 
-def halt_motor(core: ModuleState, axis: Axis) -> None:
+def halt_motor(core: ModuleState, axis: AxisState) -> None:
     """Stop a motor at once, whatever it was doing."""
     abort(axis)
     motion.halt(core, axis)
 
 
-def advance(core: ModuleState, axis: Axis) -> None:
+def advance(core: ModuleState, axis: AxisState) -> None:
     """Look whether the present stretch is over."""
     while axis.search and _stretch_done(axis):
         _take_next_stretch(core, axis)
 
 
-def _stretch_done(axis: Axis) -> bool:
+def _stretch_done(axis: AxisState) -> bool:
     match axis.search:
         case Search.GOING_RIGHT:
             return axis.right_switch
@@ -99,7 +99,7 @@ def _stretch_done(axis: Axis) -> bool:
             return axis.left_switch
 
 
-def _take_next_stretch(core: ModuleState, axis: Axis) -> None:
+def _take_next_stretch(core: ModuleState, axis: AxisState) -> None:
     here = axis.read(X_ACTUAL)
     if axis.search is Search.GOING_TO_ZERO:
         abort(axis)
@@ -114,7 +114,7 @@ def _take_next_stretch(core: ModuleState, axis: Axis) -> None:
         _enter(core, axis, _NEXT[axis.search])
 
 
-def _enter(core: ModuleState, axis: Axis, search: Search) -> None:
+def _enter(core: ModuleState, axis: AxisState, search: Search) -> None:
     """Begin a stretch: search speed on the way to a switch, switch speed while its points are measured."""
     axis.search = search
     values = axis.values
@@ -125,7 +125,7 @@ def _enter(core: ModuleState, axis: Axis, search: Search) -> None:
     motion.rotate(core, axis, speed if search in _RIGHTWARD else -speed)
 
 
-def _set_zero(core: ModuleState, axis: Axis, closed: int) -> None:
+def _set_zero(core: ModuleState, axis: AxisState, closed: int) -> None:
     """Count from the middle of the two switching points, and go there, even if the switch is closed there."""
     middle = closed + signed24(axis.opened - closed) // 2
     both = axis.values[AP.REFERENCE_MODE] != LEFT_SWITCH_ONLY
@@ -141,6 +141,6 @@ def _set_zero(core: ModuleState, axis: Axis, closed: int) -> None:
     motion.move_to(core, axis, 0)
 
 
-def _set_stops(axis: Axis, *, right: bool, left: bool) -> None:
+def _set_stops(axis: AxisState, *, right: bool, left: bool) -> None:
     for field, on in ((_RIGHT_STOP, right), (_LEFT_STOP, left)):
         axis.write(field, int(not on))

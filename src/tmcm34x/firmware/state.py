@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 from tmcm34x.clock import MS, NEVER
-from tmcm34x.firmware.axis import Axis
+from tmcm34x.firmware.axis import AxisState
 from tmcm34x.firmware.roles import Port
 from tmcm34x.firmware.storage import EepromError
 from tmcm34x.tmcl.commands import COORDINATES, MOTORS
@@ -57,9 +57,9 @@ class Entry(NamedTuple):
     """Lowest and highest type, motor and value, where more than `motor_high` is set."""
 
 
-AxisReader = Callable[["ModuleState", Axis, int], int]
+AxisReader = Callable[["ModuleState", AxisState, int], int]
 """Reads the axis parameter of that number."""
-AxisWriter = Callable[["ModuleState", Axis, int, int], Status]
+AxisWriter = Callable[["ModuleState", AxisState, int, int], Status]
 """Writes a value to the axis parameter of that number."""
 GlobalReader = Callable[["ModuleState", int], int]
 GlobalWriter = Callable[["ModuleState", int, int], Status]
@@ -178,7 +178,7 @@ class ModuleState:
 
         self.now = circuit.now
         self.powered = False
-        self.axes = tuple(Axis(circuit, motor) for motor in range(MOTORS))
+        self.axes = tuple(AxisState(circuit, motor) for motor in range(MOTORS))
         self.coordinates: list[list[int]] = [[0] * COORDINATES for _ in range(MOTORS)]
         """Coordinates 0..20 in RAM, for each motor."""
         self.encoder_interface = 0

@@ -25,7 +25,7 @@ from tmcm34x.firmware.state import Request
 from tmcm34x.tmcl.numbers import AP, GP
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.axis import Axis
+    from tmcm34x.firmware.axis import AxisState
     from tmcm34x.firmware.roles import Port
     from tmcm34x.firmware.state import ModuleState
 
@@ -52,7 +52,7 @@ def advance(core: ModuleState, now: int, chips_have_event: bool) -> None:
     reschedule(core)
 
 
-def _rest(core: ModuleState, axis: Axis, now: int) -> None:
+def _rest(core: ModuleState, axis: AxisState, now: int) -> None:
     if now >= axis.power_due:
         axis.power_due = NEVER
         currents.set_current(core, axis, AP.STANDBY_CURRENT)
@@ -61,7 +61,7 @@ def _rest(core: ModuleState, axis: Axis, now: int) -> None:
         core.circuit.driver_enable(axis.motor, False)
 
 
-def _look(core: ModuleState, now: int, axes: Sequence[Axis]) -> None:
+def _look(core: ModuleState, now: int, axes: Sequence[AxisState]) -> None:
     """Look whether motors move; one at rest does not start without a command or a pin."""
     for axis in axes:
         turning = axis.transfer(axis.ask_speed) & V_ACTUAL.mask
@@ -72,7 +72,7 @@ def _look(core: ModuleState, now: int, axes: Sequence[Axis]) -> None:
     answer_requests(core)
 
 
-def _look_at_standstill(core: ModuleState, axis: Axis, now: int) -> None:
+def _look_at_standstill(core: ModuleState, axis: AxisState, now: int) -> None:
     """A motor that does not turn now; if it is not at rest, it turns round or ends its move: look again."""
     if not axis.at_rest:
         _look_at_motion(core, axis)
@@ -85,7 +85,7 @@ def _look_at_standstill(core: ModuleState, axis: Axis, now: int) -> None:
             core.look_due = min(core.look_due, axis.grace)
 
 
-def _look_at_motion(core: ModuleState, axis: Axis) -> None:
+def _look_at_motion(core: ModuleState, axis: AxisState) -> None:
     """A motor moves."""
     if not axis.moving:
         currents.begin(core, axis)
@@ -141,7 +141,7 @@ def _poll(core: ModuleState) -> None:
     currents.plan_poll(core)
 
 
-def _check_stall(core: ModuleState, axis: Axis) -> None:
+def _check_stall(core: ModuleState, axis: AxisState) -> None:
     threshold = axis.values.get(AP.STALL_THRESHOLD)
     if not threshold or not axis.read(V_ACTUAL) or axis.read(A_ACTUAL):
         return
@@ -151,7 +151,7 @@ def _check_stall(core: ModuleState, axis: Axis) -> None:
         core.tell("stall", axis.motor)
 
 
-def _check_deviation(core: ModuleState, axis: Axis) -> None:
+def _check_deviation(core: ModuleState, axis: AxisState) -> None:
     limit = axis.values[AP.MAX_ENCODER_DEVIATION]
     if not limit or not core.encoder_interface or not axis.read(V_ACTUAL):
         return
@@ -162,7 +162,7 @@ def _check_deviation(core: ModuleState, axis: Axis) -> None:
         core.tell("deviation", axis.motor)
 
 
-def _note_error(axis: Axis, bit: int) -> None:
+def _note_error(axis: AxisState, bit: int) -> None:
     if AP.EXTENDED_ERROR_FLAGS in axis.values:
         axis.values[AP.EXTENDED_ERROR_FLAGS] |= bit
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from tmcm34x.host.connection import Connection
     from tmcm34x.host.line import Line
     from tmcm34x.host.module import Axis, Module, connect
-    from tmcm34x.host.program import Program, State
+    from tmcm34x.host.program import Program, ProgramState
     from tmcm34x.host.reading import Absent, Reading, Refused, Silent, Value
 
 __all__ = [
@@ -58,6 +58,7 @@ __all__ = [
     "NotAvailableError",
     "NotReachedError",
     "Program",
+    "ProgramState",
     "ProtectedError",
     "RangeError",
     "Reading",
@@ -65,7 +66,6 @@ __all__ = [
     "RefusedError",
     "ReplyError",
     "Silent",
-    "State",
     "Value",
     "VerifyError",
     "connect",
@@ -76,7 +76,7 @@ _HOMES: Final = {
     "Connection": "connection",
     "Line": "line",
     **dict.fromkeys(("Axis", "Module", "connect"), "module"),
-    **dict.fromkeys(("Program", "State"), "program"),
+    **dict.fromkeys(("Program", "ProgramState"), "program"),
     **dict.fromkeys(("Absent", "Reading", "Refused", "Silent", "Value"), "reading"),
 }
 """Modules that are imported only when a name of theirs is used."""

@@ -171,7 +171,7 @@ class Connection:
         return self._take(data)
 
     def _take(self, data: bytes) -> Answer | bytes | None:
-        return self._conversation.receive(data) if data else self._conversation.expire()
+        return self._conversation.feed(data) if data else self._conversation.expire()
 
     def _write(self, telegram: bytes) -> None:
         for listener in self.listeners:

@@ -60,7 +60,7 @@ Tell = Callable[[str], None]
 """Takes a line for the user."""
 
 
-class State(NamedTuple):
+class ProgramState(NamedTuple):
     """What the stand-alone program is doing."""
 
     status: int
@@ -107,11 +107,11 @@ def restart() -> Steps[None]:
     yield from run()
 
 
-def state() -> Steps[State]:
+def state() -> Steps[ProgramState]:
     """What the program is doing, and where."""
     status = yield from value(Instruction(_GGP, _STATUS))
     counter = yield from value(Instruction(_GGP, _COUNTER))
-    return State(status, counter)
+    return ProgramState(status, counter)
 
 
 def quit_download() -> Steps[None]:
@@ -332,6 +332,6 @@ class Program:
         self._connection.run(reset())
 
     @property
-    def state(self) -> State:
+    def state(self) -> ProgramState:
         """What the program is doing, and where."""
         return self._connection.run(state())

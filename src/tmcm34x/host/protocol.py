@@ -60,7 +60,7 @@ class _Sent(NamedTuple):
 class Counts:
     """What happened on a line since it was opened."""
 
-    __slots__ = ("events", "foreign", "garbled", "late", "retried", "sent")
+    __slots__ = ("events", "garbled", "late", "misdirected", "retried", "sent")
 
     def __init__(self) -> None:
         self.sent = 0
@@ -70,7 +70,7 @@ class Counts:
         """Replies to commands that had been given up."""
         self.garbled = 0
         """Times that bytes came which were no reply."""
-        self.foreign = 0
+        self.misdirected = 0
         """Whole replies to commands that were never sent: another host is on the line."""
         self.events = 0
 
@@ -102,7 +102,7 @@ class Conversation:
         self._probe: bytes = b""
         self._left = 0
         self._late = False
-        self._foreign = False
+        self._misdirected = False
         self._origin: int = 0
         """Where what came since the telegram was sent, whole telegrams aside, begins."""
 
@@ -133,7 +133,7 @@ class Conversation:
         self._addresses = (
             (address, instruction.value & 0xFF) if instruction[:3] == ADDRESS_CHANGE else (address,)
         )
-        self._left, self._late, self._foreign = self.retries if retries is None else retries, False, False
+        self._left, self._late, self._misdirected = self.retries if retries is None else retries, False, False
         same = repeatable(instruction) or stopping(instruction)
         self._request = (address, instruction) if same else object()
         if not stopping(instruction) and self._ambiguous(instruction.number):
@@ -171,7 +171,7 @@ class Conversation:
     def _may_repeat(self) -> bool:
         return self._left > 0 and (bool(self._probe) or repeatable(self._instruction))
 
-    def receive(self, data: bytes) -> Answer | bytes | None:
+    def feed(self, data: bytes) -> Answer | bytes | None:
         """Take bytes from the line."""
         self._buffer += data
         while self._start + SIZE <= len(self._buffer):
@@ -261,8 +261,8 @@ class Conversation:
                 self.counts.late += 1
                 self._late = True
                 return
-        self.counts.foreign += 1
-        self._foreign = True
+        self.counts.misdirected += 1
+        self._misdirected = True
 
     def _skip(self) -> None:
         """A whole telegram is over."""
@@ -355,7 +355,7 @@ class Conversation:
                 instruction,
                 "replies came that may be those of earlier commands; raise the time-out of the connection",
             )
-        if received and self._foreign:
+        if received and self._misdirected:
             return GarbledReplyError(
                 instruction,
                 "replies to commands of another host came; only one host may use the line at a time",

@@ -1,7 +1,7 @@
 """The IDE's web application: one page, its files, three web sockets; for one person on this machine.
 
 Who may come in: a browser that brings the token of the first address, as a cookie from then on, and whose pages
-have this very origin.  A request for another host name is refused, so that a foreign name pointed at this machine
+have this very origin.  A request for another host name is refused, so that another name pointed at this machine
 finds nothing.
 """
 

@@ -16,12 +16,12 @@ from tmcm34x.tmcl.numbers import AP
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
 
 _GAP: Final = BY_MNEMONIC["GAP"].number
 
 
-def curves(module: Module) -> dict[int, Value]:
+def curves(module: FirmwareModule) -> dict[int, Value]:
     """All columns but the watched parameters; unknown without power."""
     if not module.powered:
         return dict.fromkeys(range(BASE))
@@ -31,7 +31,7 @@ def curves(module: Module) -> dict[int, Value]:
     return values
 
 
-def _of_motor(module: Module, motor: int) -> tuple[Value, ...]:
+def _of_motor(module: FirmwareModule, motor: int) -> tuple[Value, ...]:
     axis, board = module.axes[motor], module.board
     on = board.enabled[motor] and board.currents[motor] > 0
     return (
@@ -41,13 +41,13 @@ def _of_motor(module: Module, motor: int) -> tuple[Value, ...]:
     )  # fmt: skip
 
 
-def _peek(module: Module, parameter: int, motor: int) -> Value:
+def _peek(module: FirmwareModule, parameter: int, motor: int) -> Value:
     """An axis parameter, None where the module has none."""
     status, value = module.peek(Instruction(_GAP, parameter, motor))
     return value if status == Status.OK else None
 
 
-def notable(module: Module) -> tuple[int, ...]:
+def notable(module: FirmwareModule) -> tuple[int, ...]:
     """What marks are made of: the program's state, the left and right switch of each motor, the power."""
     switches = [module.board.switch(motor, side) for motor in range(MOTORS) for side in _SIDES]
     return (int(module.program.state), *map(int, switches), int(module.powered))

@@ -54,7 +54,7 @@ class DebugSocket:
             except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
                 await self._socket.close(MALFORMED, str(error)[:100])
                 return
-            await self._debugger.receive(window, message)
+            await self._debugger.handle(window, message)
 
     def _put(self, message: dict[str, Any]) -> None:
         try:

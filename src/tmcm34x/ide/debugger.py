@@ -166,7 +166,7 @@ class Debugger:
 
     # Windows
 
-    async def receive(self, window: Window, message: Any) -> None:
+    async def handle(self, window: Window, message: Any) -> None:
         """Do what a window asks for."""
         fields = cast(Message, message) if isinstance(message, dict) else {}
         command = fields.get("command")
@@ -247,7 +247,7 @@ class Debugger:
 
         def ask() -> None:
             self._asker, self._request = window, request
-            adapter.receive(request)
+            adapter.handle(request)
             self._asker, self._request = None, {}
 
         await self._target.debug(ask)

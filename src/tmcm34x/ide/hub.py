@@ -303,7 +303,7 @@ class Hub:
         self.authority.quiet = on
 
     async def adopt(
-        self, listing: wire.Listing | None, assembly: Assembly | None, *, foreign: bool = False
+        self, listing: wire.Listing | None, assembly: Assembly | None, *, by_other_host: bool = False
     ) -> None:
         """From now on the module's program is this one, and comes from this source, if it is known."""
         before, self.assembly = self.loading.listing, assembly
@@ -311,16 +311,16 @@ class Hub:
         if listing is None or before is None or before.identity != listing.identity:
             count_anew(self.target)
         await self.debugger.know(assembly)
-        self.tell(wire.Loaded(listing, foreign))
+        self.tell(wire.Loaded(listing, by_other_host))
 
     async def check_memory(self) -> None:
         """Check whether another host has stored another program meanwhile."""
-        program = self.loading.foreign()
+        program = self.loading.stored_by_other_host()
         if program is not None:
             listing, assembly = await asyncio.to_thread(
                 recognise, self.workspace, program, self.target.model.number
             )
-            await self.adopt(listing, assembly, foreign=True)
+            await self.adopt(listing, assembly, by_other_host=True)
 
     # Running
 

@@ -162,7 +162,7 @@ class Loading:
         if isinstance(self._target, Virtual):
             self._revision = self._target.module.eeprom.revision
 
-    def foreign(self) -> list[Instruction] | None:
+    def stored_by_other_host(self) -> list[Instruction] | None:
         """The program that another host has stored meanwhile, as far as it can be seen without the line; None for none.
 
         An empty list where it has erased the one that was known.

@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from typing import Final
 
-from tmcm34x.ide.state import State, bits, empty, put, unknown
+from tmcm34x.ide.state import Groups, bits, empty, put, unknown
 from tmcm34x.tmcl.commands import MOTORS
 
 Values = Mapping[tuple[str, int], int]
@@ -37,7 +37,7 @@ FULLSTEPS: Final = 200
 """Of a turn, for the dials: the usual motor."""
 
 
-def pack(values: Values, now: float, seen: float, *, connected: bool) -> State:
+def pack(values: Values, now: float, seen: float, *, connected: bool) -> Groups:
     """The state; `seen` is when the module last sent a value [clocks]."""
     state = empty()
     put(state, "time", now, 1.0, 1.0, bits(False, True, connected))
@@ -52,12 +52,12 @@ def pack(values: Values, now: float, seen: float, *, connected: bool) -> State:
     return state
 
 
-def put_held(state: State, counter: int, *, held: bool) -> None:
+def put_held(state: Groups, counter: int, *, held: bool) -> None:
     """The program goes on in single steps, or is held: between two steps it stands, which is not what is shown."""
     put(state, "program", 0 if held else STEPPING, held, 0, counter & 0xFFFF, 0, 0, 0)
 
 
-def _put_motor(state: State, values: Values, motor: int) -> None:
+def _put_motor(state: Groups, values: Values, motor: int) -> None:
     def value(key: str) -> int:
         return values.get((key, motor), 0)
 
@@ -78,7 +78,7 @@ def _put_motor(state: State, values: Values, motor: int) -> None:
     )  # fmt: skip
 
 
-def _put_quality(state: State, values: Values, seen: float) -> None:
+def _put_quality(state: Groups, values: Values, seen: float) -> None:
     """What the module has not said."""
 
     def missing(keys: Mapping[str, str], number: int = 0) -> list[str]:

@@ -28,7 +28,7 @@ from tmcm34x.ide import wire
 from tmcm34x.ide.exchange import answered, unanswered
 from tmcm34x.ide.polled import pack, put_held
 from tmcm34x.ide.sampling import Samples, column_of
-from tmcm34x.ide.state import State
+from tmcm34x.ide.state import Groups
 from tmcm34x.ide.terminal import Terminal, motors_of
 from tmcm34x.tmcl.datagram import Instruction, Reply, pack_request
 from tmcm34x.tmcl.status import Status
@@ -418,7 +418,7 @@ class Remote:
 
     # State
 
-    def state(self) -> State:
+    def state(self) -> Groups:
         """Everything as last polled."""
         self._looked_s = time.monotonic()
         state = pack(self._polling.values, self.now, self._seen, connected=self._connection is not None)

@@ -14,7 +14,7 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
-    from tmcm34x.ide.state import State
+    from tmcm34x.ide.state import Groups
 
 _SCALE: Final = (AP.MICROSTEP_RESOLUTION, AP.PULSE_DIVISOR, AP.RAMP_DIVISOR)
 """Axis parameters that make units of numbers: microstep resolution, pulse and ramp divisor."""
@@ -37,7 +37,7 @@ class Seen:
         status, value = self.module.peek(command)
         return value if status == Status.OK else None
 
-    def put_program(self, state: State, *, held: bool) -> None:
+    def put_program(self, state: Groups, *, held: bool) -> None:
         """Pack the program."""
         program = self.module.program
         flags = bits(*program.flags.values(), program.downloading)
@@ -46,7 +46,7 @@ class Seen:
             len(program.stack), program.accumulator, program.x,
         )  # fmt: skip
 
-    def put_motor(self, state: State, motor: int) -> None:
+    def put_motor(self, state: Groups, motor: int) -> None:
         """Pack a motor."""
         module, axis = self.module, self.module.axes[motor]
         board = module.board
@@ -71,7 +71,7 @@ class Seen:
         """An axis parameter, 0 where it is not there or not known."""
         return self.read(wire.Watched(-1, parameter, motor)) or 0
 
-    def put_board(self, state: State) -> None:
+    def put_board(self, state: Groups) -> None:
         """Pack inputs and outputs."""
         board = self.module.board
         levels = (board.analog_input(n) for n in range(INPUTS))

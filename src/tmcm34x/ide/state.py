@@ -15,7 +15,7 @@ _LAYOUTS: Final = tuple(group.layout for group in wire.GROUPS)
 _INDEX: Final = {group.name: index for index, group in enumerate(wire.GROUPS)}
 _WATCHED: Final = struct.Struct("<i")
 
-State = list[bytes]
+Groups = list[bytes]
 """One packed group for each of `wire.GROUPS`."""
 
 
@@ -24,7 +24,7 @@ NOW: Final = -1.0
 ALL_UNKNOWN: Final = 0xFFFFFFFF
 
 
-def empty() -> State:
+def empty() -> Groups:
     """A module of which nothing is known yet."""
     return [bytes(layout.size) for layout in _LAYOUTS]
 
@@ -35,7 +35,7 @@ def unknown(group: str, missing: Iterable[str]) -> int:
     return sum(1 << rows.index(name) for name in missing)
 
 
-def put(state: State, group: str, *values: float) -> None:
+def put(state: Groups, group: str, *values: float) -> None:
     """Pack `values` as `group`."""
     index = _INDEX[group]
     state[index] = _LAYOUTS[index].pack(*values)

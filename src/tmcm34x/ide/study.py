@@ -61,7 +61,7 @@ async def look_again(hub: Hub, loading: Loading) -> None:
     program = () if hub.assembly is None else hub.assembly.program
     with suppress(wire.RefusalError):
         if not loading.busy and not await loading.holds(program) and loading is hub.loading:
-            await hub.adopt(None, None, foreign=True)
+            await hub.adopt(None, None, by_other_host=True)
 
 
 # Motion

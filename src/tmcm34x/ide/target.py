@@ -11,7 +11,7 @@ from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.debug.sessions.remote import RemoteSession
 from tmcm34x.ide import wire
 from tmcm34x.ide.sampling import Samples
-from tmcm34x.ide.state import State
+from tmcm34x.ide.state import Groups
 from tmcm34x.tmcl.datagram import Instruction
 
 T = TypeVar("T")
@@ -92,7 +92,7 @@ class Target(Protocol):
         """Values of parameters and coordinates, None where there are none; leaves no trace in logs."""
         ...
 
-    def state(self) -> State:
+    def state(self) -> Groups:
         """Everything that is shown live, as of now."""
         ...
 

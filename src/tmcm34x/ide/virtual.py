@@ -22,7 +22,7 @@ from tmcm34x.ide.hands import Hands
 from tmcm34x.ide.past import NOT_NOW, Past
 from tmcm34x.ide.sampling import Sampled, Samples
 from tmcm34x.ide.seen import Seen
-from tmcm34x.ide.state import ALL_UNKNOWN, NOW, State, bits, empty, put
+from tmcm34x.ide.state import ALL_UNKNOWN, NOW, Groups, bits, empty, put
 from tmcm34x.server.control import MOVE_TIME
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import SIZE, Instruction, pack_request
@@ -31,7 +31,7 @@ from tmcm34x.tmcl.status import Status
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.bench.action import Action
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
     from tmcm34x.ide.target import T, Tell
     from tmcm34x.links import Connect, Peer, Send
     from tmcm34x.server import Server
@@ -323,7 +323,7 @@ class Virtual:
             self._bench_told = shape
             self._tell(wire.WorldChanged(shape))
 
-    def state(self) -> State:
+    def state(self) -> Groups:
         """Everything that is shown live, as of now."""
         self._looked_s = self.server.pace.monotonic()
         self.server.catch_up()
@@ -339,7 +339,7 @@ class Virtual:
         self._note()
         return state
 
-    def _put_time(self, state: State, module: Module) -> None:
+    def _put_time(self, state: Groups, module: FirmwareModule) -> None:
         pace, now = self.server.pace, module.now
         wall_s = pace.monotonic()
         if self._seen is None:

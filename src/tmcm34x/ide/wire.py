@@ -224,7 +224,7 @@ class Tables(Shape):
     global_groups: list[str]
     """The first is that of the chips, which the manual warns of."""
     statuses: list[Choice]
-    foreign: list[str]
+    sister_commands: list[str]
     functions: list[str]
     clock_hz: int
     program_size: int
@@ -1199,11 +1199,11 @@ class FilesChanged(Event, tag="files_changed"):
 class Loaded(Event, tag="loaded"):
     """The module's program memory has a new program.
 
-    foreign: it was stored by another host; its listing has the path of the text that makes it, or none
+    by_other_host: it was stored by another host; its listing has the path of the text that makes it, or none
     """
 
     listing: Listing | None
-    foreign: bool = False
+    by_other_host: bool = False
 
 
 class Progress(Event, tag="progress"):

@@ -109,7 +109,7 @@ SendFrame = Callable[[int, bytes], None]
 class BusPeer(Protocol):
     """The bus at which one client's CAN adapter is."""
 
-    def receive(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
+    def receive_frame(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
         """Take a frame that the client sends, at `bit_rate` bits per second; None is whatever the bus has."""
         ...
 

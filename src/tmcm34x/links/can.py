@@ -108,4 +108,4 @@ class CanBusLink:
         identifier = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
         data = bytes(message.data)
         if not self._echoes.has(identifier, data):
-            self._peer.receive(identifier, data, None)
+            self._peer.receive_frame(identifier, data, None)

@@ -306,10 +306,10 @@ class _Node(_Faulty):
         self._send = send
         self._peer: BusPeer = connect(name, self._reply)
 
-    def receive(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
+    def receive_frame(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
         """Take a frame."""
         self._delivery.release()
-        self._on_request(lambda asked: self._peer.receive(identifier, asked, bit_rate), data)
+        self._on_request(lambda asked: self._peer.receive_frame(identifier, asked, bit_rate), data)
 
     def disconnect(self) -> None:
         """The client is gone."""

@@ -106,7 +106,7 @@ class _Node:
         self._log = None if bus.server.log is None else LineLog(bus.server.log, name)
         self._send = send
 
-    def receive(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
+    def receive_frame(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
         """Take a frame from the client; modules with another bit rate do not understand it."""
         server = self._bus.server
         server.arrive()
@@ -115,7 +115,7 @@ class _Node:
         for client in self._bus.clients:
             if client is not self:
                 client.deliver(identifier, data)
-        self._bus.end.receive(identifier, data, bit_rate)
+        self._bus.end.receive_frame(identifier, data, bit_rate)
         if server.recorder is not None:
             server.recorder.received(self._bus.end, (identifier, data, bit_rate))
         server.look_ahead()

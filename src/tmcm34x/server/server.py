@@ -62,7 +62,7 @@ class Recorder(Protocol):
         ...
 
     def received(self, end: LineEnd, values: tuple[Any, ...], /) -> None:
-        """`end.receive` was called with these values."""
+        """`end` has received these values."""
         ...
 
     def unplugged(self, end: LineEnd, /) -> None:

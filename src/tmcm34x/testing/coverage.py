@@ -15,7 +15,7 @@ from tmcm34x.trace.coverage import Coverage, coverage, format_lcov, parse_lcov, 
 from tmcm34x.trace.tracefile import page_beside, read_tracefile, write_tracefile
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
     from tmcm34x.toolchain.assembler import Assembly
 
 TRACEFILE: Final = "coverage.info"
@@ -24,7 +24,7 @@ TRACEFILE: Final = "coverage.info"
 class Counting:
     """Counts what a module executes of a program, until `end`."""
 
-    def __init__(self, module: Module, assembly: Assembly, into: Collector) -> None:
+    def __init__(self, module: FirmwareModule, assembly: Assembly, into: Collector) -> None:
         self._module = module
         self._assembly = assembly
         self._into = into
@@ -54,7 +54,7 @@ class Collector:
         self.replaced: set[str] = set()
         """Programs that were not in the memory any more when their module was closed."""
 
-    def count(self, module: Module, assembly: Assembly) -> Counting:
+    def count(self, module: FirmwareModule, assembly: Assembly) -> Counting:
         """Count what `module` executes of a program from now on."""
         return Counting(module, assembly, self)
 

@@ -169,12 +169,12 @@ class _Node:
         self._peer: BusPeer = connect(name, self._reply)
         self.disconnect = self._peer.disconnect
 
-    def receive(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
+    def receive_frame(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
         """Take a frame."""
         pace = self._pace
         pace.begin(_BITS_OF_FRAME, pace.can_bit_rate)
         self._bits = 0
-        self._peer.receive(identifier, data, bit_rate)
+        self._peer.receive_frame(identifier, data, bit_rate)
         pace.end(self._bits, pace.can_bit_rate)
 
     def _reply(self, identifier: int, data: bytes) -> None:

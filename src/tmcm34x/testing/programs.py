@@ -13,7 +13,7 @@ from tmcm34x.toolchain.assembler import Assembly, assemble
 from tmcm34x.toolchain.diagnostics import render_all
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
     from tmcm34x.testing.coverage import Counting
 
 
@@ -64,7 +64,7 @@ def run_program(
     return run
 
 
-def counting_of(source: str | Path, module: Module, assembly: Assembly) -> Counting | None:
+def counting_of(source: str | Path, module: FirmwareModule, assembly: Assembly) -> Counting | None:
     """Counts what a module executes of a program from a file, where the coverage of this test run is wanted."""
     from tmcm34x.testing.coverage import collector
 

@@ -349,7 +349,7 @@ BOOT_FUNCTION: Final = Command(
 )  # fmt: skip
 """The control function that the manual does not have (fidelity FW-88)."""
 
-FOREIGN_COMMANDS: Final = MappingProxyType({
+SISTER_COMMANDS: Final = MappingProxyType({
     "SAPX": 16, "GAPX": 17, "AAPX": 18, "EI": 25, "DI": 26, "VECT": 37, "RETI": 38, "CALCVV": 40, "CALCVA": 41,
     "CALCAV": 42, "CALCVX": 43, "CALCXV": 44, "CALCV": 45, "MVPA": 46, "MVPXA": 47, "RST": 48, "DJNZ": 49,
     "ROLA": 50, "RORA": 51, "ROLXA": 52, "RORXA": 53, "MSTX": 54, "SIV": 55, "GIV": 56, "AIV": 57, "PUSHA": 58,

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-from tmcm34x.tmcl.commands import BY_MNEMONIC, BY_NUMBER, FOREIGN_COMMANDS, Command, Field, Operand
+from tmcm34x.tmcl.commands import BY_MNEMONIC, BY_NUMBER, SISTER_COMMANDS, Command, Field, Operand
 from tmcm34x.tmcl.datagram import Instruction
 
 _NUMBER: Final = re.compile(r"([+-]?)(?:(\d+)|\$([0-9a-f]+)|%([01]+))\Z", re.IGNORECASE)
@@ -73,7 +73,7 @@ def parse_instruction(line: str) -> Instruction:
         return _build(int(name), dict(zip(_FIELDS, values, strict=False)))
     row = BY_MNEMONIC.get(name)
     if row is None:
-        hint = " (of another firmware)" if name in FOREIGN_COMMANDS else ""
+        hint = " (of another firmware)" if name in SISTER_COMMANDS else ""
         raise MnemonicError(f"unknown command {words[0]}{hint}", known=False, word=words[0])
     return _build(row.number, _parse_operands(row, operands))
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from tmcm34x.tmcl import axis_parameters, global_parameters
-from tmcm34x.tmcl.commands import BY_NUMBER, FOREIGN_COMMANDS, Operand
+from tmcm34x.tmcl.commands import BY_NUMBER, SISTER_COMMANDS, Operand
 from tmcm34x.tmcl.datagram import END_MARK, Instruction
 from tmcm34x.tmcl.mnemonic import format_instruction
 
@@ -20,7 +20,7 @@ _CALLS: Final = frozenset(row.number for row in BY_NUMBER.values() if row.mnemon
 _JUMPS: Final = frozenset(row.number for row in BY_NUMBER.values() if row.mnemonic in ("JA", "JC")) | _CALLS
 _MNEMONIC_COLUMN: Final = 8
 _COMMENT_COLUMN: Final = 36
-_FOREIGN: Final = {number: name for name, number in FOREIGN_COMMANDS.items()}
+_SISTERS: Final = {number: name for name, number in SISTER_COMMANDS.items()}
 
 
 def disassemble(program: Sequence[Instruction], *, explain: bool = True) -> str:
@@ -65,11 +65,11 @@ def source_form(instruction: Instruction, labels: dict[int, str]) -> str:
 
 
 def explanation(instruction: Instruction) -> str:
-    """What the parameter operand of an instruction means, or the name of a foreign command; else empty."""
+    """What the parameter operand of an instruction means, or the name of a command of sister firmware; else empty."""
     row = BY_NUMBER.get(instruction.number)
-    foreign = _FOREIGN.get(instruction.number)
-    if foreign is not None:
-        return f"{foreign} of other firmware"
+    sister = _SISTERS.get(instruction.number)
+    if sister is not None:
+        return f"{sister} of other firmware"
     for operand in row.operands if row is not None else ():
         name = _parameter_name(operand, instruction)
         if name:

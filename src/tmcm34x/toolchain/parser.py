@@ -44,7 +44,7 @@ _DATA: Final = re.compile(rf"//!{_BLANKS}(DATA)\b", re.IGNORECASE | re.ASCII)
 _INCLUDE: Final = re.compile(rf"{_BLANKS}(#{_BLANKS}(\w*)){_BLANKS}", re.ASCII)
 
 
-_FOREIGN_COMMENT: Final = re.compile(rf"[{BLANKS}]++(;|#|'|--|/\*)")
+_OTHER_COMMENT: Final = re.compile(rf"[{BLANKS}]++(;|#|'|--|/\*)")
 _CURLY: Final = re.compile("[\u2018\u2019\u201c\u201d\u201e]")
 """Quotes of word processors."""
 _MOST_OPERANDS: Final = 8
@@ -240,12 +240,12 @@ def _directive(text: str) -> Line:
 def _include(place: int, name: str, comment: int | None) -> Line:
     """The line that includes the file which is named at column `place`."""
     problems: tuple[Problem, ...] = ()
-    foreign = _FOREIGN_COMMENT.search(name)
-    if foreign is not None:
-        comment = place + foreign.start(1)
-        what = f"a comment begins with //, not with {foreign[1]!r}"
-        problems = (Problem("E101", comment, comment + len(foreign[1]), what, "//"),)
-        name = name[: foreign.start()]
+    other = _OTHER_COMMENT.search(name)
+    if other is not None:
+        comment = place + other.start(1)
+        what = f"a comment begins with //, not with {other[1]!r}"
+        problems = (Problem("E101", comment, comment + len(other[1]), what, "//"),)
+        name = name[: other.start()]
     curly = _CURLY.search(name)
     if curly is not None:
         column = place + curly.start()

@@ -15,7 +15,7 @@ from typing import Final
 
 from tmcm34x.tmcl import commands
 from tmcm34x.tmcl.axis_parameters import ALL, AXIS_PARAMETERS, AxisParameter
-from tmcm34x.tmcl.commands import COMMANDS, FOREIGN_COMMANDS, Command
+from tmcm34x.tmcl.commands import COMMANDS, SISTER_COMMANDS, Command
 from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS, GlobalParameter
 from tmcm34x.toolchain.diagnostics import ERRORS
 from tmcm34x.toolchain.explanations import page, title
@@ -146,8 +146,8 @@ def _parameter(row: AxisParameter | GlobalParameter) -> tuple[object, ...]:
     return row.number, row.name, row.access, limits, row.default, row.unit, meaning
 
 
-def _foreign() -> str:
-    return ", ".join(f"{name}" for name in FOREIGN_COMMANDS) + ".\n"
+def _sisters() -> str:
+    return ", ".join(f"{name}" for name in SISTER_COMMANDS) + ".\n"
 
 
 def _errors() -> str:
@@ -165,6 +165,6 @@ def _pages(codes: Iterable[str]) -> str:
 TABLES: Final[Mapping[str, Callable[[], str]]] = MappingProxyType({
     "commands": _commands, "conditions": _conditions, "waits": _waits, "calculations": _calculations,
     "functions": _functions, "axis_parameters": _axis_parameters, "global_parameters": _global_parameters,
-    "foreign": _foreign, "errors": _errors, "rules": _rules,
+    "sisters": _sisters, "errors": _errors, "rules": _rules,
 })  # fmt: skip
 """The tables that a page may ask for."""

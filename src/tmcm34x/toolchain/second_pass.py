@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from tmcm34x.tmcl.commands import BY_MNEMONIC, FOREIGN_COMMANDS
+from tmcm34x.tmcl.commands import BY_MNEMONIC, SISTER_COMMANDS
 from tmcm34x.tmcl.commands import Command as Row
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain import sisters
@@ -166,7 +166,7 @@ class SecondPass:
         self._names.note(statement.operands)
         name, start = statement.mnemonic.upper(), statement.start
         end = min(start + len(name), statement.end)
-        number = FOREIGN_COMMANDS.get(name)
+        number = SISTER_COMMANDS.get(name)
         if number is not None:
             owner, instead = sisters.COMMANDS[name]
             text = f"{name} (command {number}) is of other TMCL firmware: {owner}; a TMCM-34x has {instead}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.chips.tmc429 import Motion
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
 
 
 class Recorder(Protocol):
@@ -54,7 +54,7 @@ class Trace:
 class Spot(NamedTuple):
     """One motor of one module, as its motion chip has it."""
 
-    module: Module
+    module: FirmwareModule
     number: int
     """Of the module in the rig."""
     motor: int

@@ -10,7 +10,7 @@ from tmcm34x.trace.recorder import Spot
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
 
 
 class TableRecorder:
@@ -58,7 +58,7 @@ class TableRecorder:
         for number, world in enumerate(self._rig.worlds):
             self._stream.writelines(self._rows(time, number, world.module))
 
-    def _rows(self, time: str, number: int, module: Module) -> Iterator[str]:
+    def _rows(self, time: str, number: int, module: FirmwareModule) -> Iterator[str]:
         board = module.board
         views = self._rig.worlds[number].view()
         lines = f"{number},{board.digital_inputs()},{board.outputs},{module.program.counter}"

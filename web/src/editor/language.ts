@@ -30,7 +30,7 @@ const NAME = /^[A-Za-z_]\w*/;
 
 export function tmcl(tables: Tables): Extension {
     const mnemonics = new Set(tables.commands.map(row => row.mnemonic));
-    const foreign = new Set(tables.foreign);
+    const sisters = new Set(tables.sister_commands);
     const functions = new Set(tables.functions);
     const words = new Set(
         tables.commands.flatMap(row => row.operands.flatMap(operand => operand.words.map(word => word.text))),
@@ -70,7 +70,7 @@ export function tmcl(tables: Tables): Extension {
             if (stream.match(/^\s*=/, false)) return "variableName.definition";
             place.seen = "command";
             place.jump = JUMPS.has(upper);
-            return mnemonics.has(upper) ? "keyword" : foreign.has(upper) ? "invalid" : "variableName";
+            return mnemonics.has(upper) ? "keyword" : sisters.has(upper) ? "invalid" : "variableName";
         }
         if (words.has(upper)) return "operatorKeyword";
         if (functions.has(upper) && next === "(") return "function";

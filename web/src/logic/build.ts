@@ -123,13 +123,13 @@ async function adopt(path: string): Promise<void> {
 
 // Another host has changed the program: its text is in the folder, or can be made of the memory.
 onServerEvent(event => {
-    if (event.event !== "loaded" || !event.foreign) return;
+    if (event.event !== "loaded" || !event.by_other_host) return;
     const path = event.listing?.path;
     const action = path
         ? { title: "Open it", run: () => void openFile(path) }
         : { title: "Upload it", run: () => void upload() };
     const text = path ? `It is that of ${path}.` : event.listing ? "No file here makes it." : "The former one is gone.";
-    notify("information", `Another host has changed the program in the module. ${text}`, action, "foreign");
+    notify("information", `Another host has changed the program in the module. ${text}`, action, "other-host");
 });
 
 /** The source differs from what the module holds. */

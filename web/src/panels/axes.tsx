@@ -1,7 +1,7 @@
 // The three axes.
 import { welcome } from "../logic/app";
 import { Empty } from "../widgets/basics";
-import { Axis } from "./axes/card";
+import { AxisCard } from "./axes/card";
 
 export function Axes() {
     if (!welcome.value)
@@ -13,7 +13,7 @@ export function Axes() {
     return (
         <div class="axes">
             {[0, 1, 2].map(motor => (
-                <Axis key={motor} motor={motor} />
+                <AxisCard key={motor} motor={motor} />
             ))}
         </div>
     );

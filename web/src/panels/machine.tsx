@@ -33,7 +33,7 @@ function Caption({ motor, axis }: { motor: number; axis: AxisWorld }): JSX.Eleme
     );
 }
 
-function Axis({ motor, axis }: { motor: number; axis: AxisWorld }): JSX.Element {
+function AxisDrawing({ motor, axis }: { motor: number; axis: AxisWorld }): JSX.Element {
     return (
         <section class={`drawing of-${axis.shape} motor${motor}`} aria-label={`Drawing of motor ${motor}`}>
             <Caption motor={motor} axis={axis} />
@@ -67,7 +67,7 @@ export function Machine(): JSX.Element {
                     <Plane pair={pair} marks={marks.value} />
                 </section>
             )}
-            {axes.map((axis, motor) => !pair?.includes(motor) && <Axis key={motor} motor={motor} axis={axis} />)}
+            {axes.map((axis, motor) => !pair?.includes(motor) && <AxisDrawing key={motor} motor={motor} axis={axis} />)}
             <p class="muted note">A click on a switch holds it closed; another click releases it.</p>
         </div>
     );

@@ -79,7 +79,7 @@ class MemoryCan(MemoryWire):
         super().__init__(rig)
         self.received: list[tuple[int, bytes]] = []
         ports = [CanPort(module, self._take) for module in rig.modules]
-        self._receivers = [port.receive for port in ports]
+        self._receivers = [port.receive_frame for port in ports]
 
     def send(self, data: bytes) -> None:
         """A bus carries frames; the player knows."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tmcm34x.bench.mount import AxisView
     from tmcm34x.bench.rig import Rig
     from tmcm34x.bench.world import World
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
 
 TOLERANCE: Final = 0.02
 """Millimetres or degrees by which a load may be beside where it is said to be."""
@@ -42,7 +42,7 @@ class Unit(NamedTuple):
         return self.rig.worlds[self.number]
 
     @property
-    def module(self) -> Module:
+    def module(self) -> FirmwareModule:
         """The module."""
         return self.rig.modules[self.number]
 

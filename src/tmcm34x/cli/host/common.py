@@ -113,10 +113,10 @@ def progress(label: str) -> Generator[Callable[[int, int], None]]:
 def show_retries(connection: Connection) -> None:
     """Say how good the line was, where it was not."""
     counts = connection.counts
-    if counts.retried or counts.garbled or counts.late or counts.foreign:
+    if counts.retried or counts.garbled or counts.late or counts.misdirected:
         click.echo(
             f"line: {counts.sent} telegrams, {counts.retried} sent again, {counts.garbled} damaged replies, "
-            f"{counts.late} late, {counts.foreign} for another host",
+            f"{counts.late} late, {counts.misdirected} for another host",
             err=True,
         )
 

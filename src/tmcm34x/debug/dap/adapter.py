@@ -108,8 +108,8 @@ class Adapter:
 
     # Messages
 
-    def receive(self, message: Any) -> None:
-        """Take a message from the editor."""
+    def handle(self, message: Any) -> None:
+        """Do what a message from the editor asks for."""
         if not isinstance(message, dict):
             self._respond(0, "", error="no message of the protocol")
             return

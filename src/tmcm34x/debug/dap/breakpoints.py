@@ -16,7 +16,7 @@ _LABELS: Final = "<labels>"
 _ADDRESSES: Final = "<addresses>"
 _NOWHERE: Final = "no command of the program at this line or below it"
 
-_FOREIGN: Final = "this file is not in the module's program: download it first"
+_NOT_LOADED: Final = "this file is not in the module's program: download it first"
 
 Answers = list[dict[str, Any]]
 
@@ -130,7 +130,7 @@ class Breakpoints:
                 raise RequestError(f"no label {wanted.name}")
             return int(symbol.value)
         if not sources.has(key):
-            raise RequestError(_FOREIGN)
+            raise RequestError(_NOT_LOADED)
         address = sources.address(key, wanted.line)
         if address is None:
             raise RequestError(_NOWHERE)

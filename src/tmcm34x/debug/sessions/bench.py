@@ -22,11 +22,11 @@ from tmcm34x.debug.sessions.backward import BEFORE_COMMANDS, Backward
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Listener, Text
 from tmcm34x.debug.sessions.local import LocalSession
 from tmcm34x.debug.watches import Watch
-from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, Axis
+from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, AxisState
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
     from tmcm34x.tmcl.datagram import Instruction
 
 REFUSED: Final = 3
@@ -55,14 +55,14 @@ class Pacing(Protocol):
         ...
 
 
-def at_rest(module: Module) -> bool:
+def at_rest(module: FirmwareModule) -> bool:
     """Whether each motor goes on as it does now: it stands, turns evenly, or is held by a switch."""
     if any(axis.search for axis in module.axes):
         return False
     return module.board.next_event() >= NEVER or all(map(_even, module.axes))
 
 
-def _even(axis: Axis) -> bool:
+def _even(axis: AxisState) -> bool:
     speed = axis.read(V_ACTUAL)
     if axis.read(RAMP_MODE) == VELOCITY:
         return speed == axis.read(V_TARGET)

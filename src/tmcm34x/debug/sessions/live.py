@@ -25,7 +25,7 @@ from tmcm34x.debug.watches import Watch
 if TYPE_CHECKING:
     from tmcm34x.bench import World
     from tmcm34x.debug.playback import Playback
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
     from tmcm34x.tmcl.datagram import Instruction
 
 POLL_S: Final = 0.05
@@ -35,7 +35,7 @@ POLL_S: Final = 0.05
 class Scene(NamedTuple):
     """What a session looks at."""
 
-    module: Module
+    module: FirmwareModule
     view: View
 
 
@@ -59,7 +59,7 @@ class LiveSession(Backward, LocalSession):
 
     def __init__(
         self,
-        module: Module,
+        module: FirmwareModule,
         listener: Listener,
         text: Text | None = None,
         world: World | None = None,

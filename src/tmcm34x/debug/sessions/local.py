@@ -16,7 +16,7 @@ from tmcm34x.tmcl.datagram import Instruction
 
 if TYPE_CHECKING:
     from tmcm34x.bench import World
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
 
 _CSUB: Final = BY_MNEMONIC["CSUB"].number
 
@@ -27,7 +27,9 @@ class LocalSession:
     steps_for_breakpoints = ""
     unwatchable = ""
 
-    def __init__(self, module: Module, world: World | None, listener: Listener, text: Text | None) -> None:
+    def __init__(
+        self, module: FirmwareModule, world: World | None, listener: Listener, text: Text | None
+    ) -> None:
         self.module = module
         self.program = module.program
         self.listener = listener

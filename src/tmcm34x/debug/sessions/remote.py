@@ -23,7 +23,7 @@ from tmcm34x.debug.sessions.one_way import OneWay
 from tmcm34x.debug.view import View
 from tmcm34x.debug.watches import Watch
 from tmcm34x.host import Connection, HostError, Module, Program, RefusedError
-from tmcm34x.host.program import State
+from tmcm34x.host.program import ProgramState
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -233,7 +233,7 @@ class RemoteSession(OneWay):
         with suppress(HostError):
             self._compare(self.program.state)
 
-    def _compare(self, state: State) -> None:
+    def _compare(self, state: ProgramState) -> None:
         if state.status == _RUNNING or state.counter != self._counter:
             self.controlled()
 

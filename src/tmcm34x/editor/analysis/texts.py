@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tmcm34x.tmcl import axis_parameters, global_parameters
 from tmcm34x.tmcl.axis_parameters import AxisParameter
-from tmcm34x.tmcl.commands import BY_MNEMONIC, FOREIGN_COMMANDS, Command
+from tmcm34x.tmcl.commands import BY_MNEMONIC, SISTER_COMMANDS, Command
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import GlobalParameter
 from tmcm34x.toolchain.assembler import Symbol
@@ -25,7 +25,7 @@ def command_text(mnemonic: str) -> str:
     name = mnemonic.upper()
     row = BY_MNEMONIC.get(name)
     if row is None:
-        number = FOREIGN_COMMANDS.get(name)
+        number = SISTER_COMMANDS.get(name)
         return f"**{name}**: command {number} of other TMCL firmware, not on a TMCM-34x" if number else ""
     reads = " A program gets the value into the accumulator." if "reads" in row.where else ""
     return f"`{row.syntax}`\n\n**{row.title}**. {row.meaning}{reads}\n\nCommand {row.number}, manual {row.section}"

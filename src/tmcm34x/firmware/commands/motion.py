@@ -17,7 +17,7 @@ from tmcm34x.tmcl.numbers import AP
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.axis import Axis
+    from tmcm34x.firmware.axis import AxisState
     from tmcm34x.firmware.state import ModuleState, Result
 
 OK: Final = Status.OK
@@ -28,7 +28,7 @@ INTERPOLATED: Final = 0x40
 """Bits of MVP COORD's motor field that make a mask of the others."""
 
 
-def _group(core: ModuleState, motor: int) -> list[Axis]:
+def _group(core: ModuleState, motor: int) -> list[AxisState]:
     """All motors that do what `motor` does: those of its group index, unless that is 0."""
     axis = core.axes[motor]
     group = axis.values[AP.GROUP_INDEX]
@@ -37,7 +37,7 @@ def _group(core: ModuleState, motor: int) -> list[Axis]:
     return [each for each in core.axes if each.values[AP.GROUP_INDEX] == group]
 
 
-def _free(axis: Axis) -> None:
+def _free(axis: AxisState) -> None:
     """A motion command ends a reference search (fidelity FW-26), and what parameter 207 of later firmware tells."""
     reference.abort(axis)
     if AP.EXTENDED_ERROR_FLAGS in axis.values:
@@ -82,7 +82,7 @@ def do_mvp(core: ModuleState, type_: int, motor: int, value: int) -> Result:
     return status, value
 
 
-def _move_group(core: ModuleState, type_: int, axes: list[Axis], value: int) -> Status:
+def _move_group(core: ModuleState, type_: int, axes: list[AxisState], value: int) -> Status:
     if type_ == _COORD:
         if not 0 <= value < COORDINATES:
             return Status.INVALID_VALUE

@@ -1,6 +1,6 @@
 """Axis parameters: what reading and writing each of them does.
 
-A parameter without an entry in `READERS` lives in `Axis.values`; writing puts the value there and then does what
+A parameter without an entry in `READERS` lives in `AxisState.values`; writing puts the value there and then does what
 `EFFECTS` says, which is also how power-on brings the stored values into effect.
 
 Source: manual 6.7.5 to 6.7.8, chapter 7; fidelity TMCL-18.
@@ -19,10 +19,10 @@ from tmcm34x.tmcl.numbers import AP
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.axis import Axis, ChipField
+    from tmcm34x.firmware.axis import AxisState, ChipField
     from tmcm34x.firmware.state import AxisReader, AxisWriter, ModuleState
 
-Effect = Callable[["ModuleState", "Axis", int], None]
+Effect = Callable[["ModuleState", "AxisState", int], None]
 """Brings a new value, which is in RAM already, into effect."""
 
 OK: Final = Status.OK
@@ -44,40 +44,40 @@ _MOVING: Final = (AP.TARGET_POSITION, AP.ACTUAL_POSITION, AP.TARGET_SPEED, AP.AC
 """Registers of the ramp generator: writing one may start the motor."""
 
 
-def read_ram(_core: ModuleState, axis: Axis, number: int) -> int:
+def read_ram(_core: ModuleState, axis: AxisState, number: int) -> int:
     """Read a parameter that lives in RAM."""
     return axis.values[number]
 
 
-def _read_chip(_core: ModuleState, axis: Axis, number: int) -> int:
+def _read_chip(_core: ModuleState, axis: AxisState, number: int) -> int:
     return axis.read(_CHIP_FIELDS[number])
 
 
-def _read_reached(_core: ModuleState, axis: Axis, _number: int) -> int:
+def _read_reached(_core: ModuleState, axis: AxisState, _number: int) -> int:
     return int(axis.at_target)
 
 
-def _read_left_switch(_core: ModuleState, axis: Axis, _number: int) -> int:
+def _read_left_switch(_core: ModuleState, axis: AxisState, _number: int) -> int:
     return int(axis.left_switch)
 
 
-def _read_right_switch(_core: ModuleState, axis: Axis, _number: int) -> int:
+def _read_right_switch(_core: ModuleState, axis: AxisState, _number: int) -> int:
     return int(axis.right_switch)
 
 
-def _read_acceleration(_core: ModuleState, axis: Axis, _number: int) -> int:
+def _read_acceleration(_core: ModuleState, axis: AxisState, _number: int) -> int:
     return abs(axis.read(A_ACTUAL))
 
 
-def _read_load(core: ModuleState, axis: Axis, _number: int) -> int:
+def _read_load(core: ModuleState, axis: AxisState, _number: int) -> int:
     return drivers.load(core.circuit, axis.motor)
 
 
-def _read_flags(core: ModuleState, axis: Axis, _number: int) -> int:
+def _read_flags(core: ModuleState, axis: AxisState, _number: int) -> int:
     return drivers.flags(core.circuit, axis.motor)
 
 
-def _read_encoder(core: ModuleState, axis: Axis, _number: int) -> int:
+def _read_encoder(core: ModuleState, axis: AxisState, _number: int) -> int:
     return encoder.position(core, axis.motor)
 
 
@@ -94,7 +94,7 @@ READERS: Final[Mapping[int, AxisReader]] = {
 }
 
 
-def write_ram(core: ModuleState, axis: Axis, number: int, value: int) -> Status:
+def write_ram(core: ModuleState, axis: AxisState, number: int, value: int) -> Status:
     """Write a parameter that lives in RAM, and bring it into effect."""
     axis.values[number] = value
     effect = EFFECTS.get(number)
@@ -103,7 +103,7 @@ def write_ram(core: ModuleState, axis: Axis, number: int, value: int) -> Status:
     return OK
 
 
-def _write_chip(core: ModuleState, axis: Axis, number: int, value: int) -> Status:
+def _write_chip(core: ModuleState, axis: AxisState, number: int, value: int) -> Status:
     axis.write(_CHIP_FIELDS[number], value)
     currents.started(core, axis)
     if core.observers and number == AP.TARGET_POSITION and axis.read(_CHIP_FIELDS[AP.RAMP_MODE]) == VELOCITY:
@@ -111,7 +111,7 @@ def _write_chip(core: ModuleState, axis: Axis, number: int, value: int) -> Statu
     return OK
 
 
-def _write_ramp_mode(core: ModuleState, axis: Axis, _number: int, mode: int) -> Status:
+def _write_ramp_mode(core: ModuleState, axis: AxisState, _number: int, mode: int) -> Status:
     """Change the mode as the motion commands do, with the speed limit that belongs to it."""
     if mode == VELOCITY:
         motion.enter_velocity_mode(axis)
@@ -121,7 +121,7 @@ def _write_ramp_mode(core: ModuleState, axis: Axis, _number: int, mode: int) -> 
     return OK
 
 
-def _write_encoder(core: ModuleState, axis: Axis, _number: int, position: int) -> Status:
+def _write_encoder(core: ModuleState, axis: AxisState, _number: int, position: int) -> Status:
     if not core.encoder_interface:
         return Status.NOT_AVAILABLE
     encoder.preload(core, axis.motor, position)
@@ -136,48 +136,48 @@ WRITERS: Final[Mapping[int, AxisWriter]] = {
 """Parameters that are no value in RAM."""
 
 
-def _apply_field(_core: ModuleState, axis: Axis, number: int) -> None:
+def _apply_field(_core: ModuleState, axis: AxisState, number: int) -> None:
     axis.write(_CHIP_FIELDS[number], axis.values[number])
 
 
-def _apply_max_speed(core: ModuleState, axis: Axis, number: int) -> None:
+def _apply_max_speed(core: ModuleState, axis: AxisState, number: int) -> None:
     """At once in position mode; in velocity mode with the next positioning command."""
     if not axis.open:
         axis.write(V_MAX, axis.values[number])
         currents.freed(core, axis)
 
 
-def _apply_acceleration(core: ModuleState, axis: Axis, number: int) -> None:
+def _apply_acceleration(core: ModuleState, axis: AxisState, number: int) -> None:
     axis.set_acceleration(axis.values[number])
     currents.freed(core, axis)
 
 
-def _apply_ramp_divisor(_core: ModuleState, axis: Axis, number: int) -> None:
+def _apply_ramp_divisor(_core: ModuleState, axis: AxisState, number: int) -> None:
     axis.write(RAMP_DIV, axis.values[number])
     axis.set_acceleration(axis.values[AP.MAX_ACCELERATION])
 
 
-def _apply_pulse_divisor(_core: ModuleState, axis: Axis, number: int) -> None:
+def _apply_pulse_divisor(_core: ModuleState, axis: AxisState, number: int) -> None:
     axis.write(PULSE_DIV, axis.values[number])
     axis.set_acceleration(axis.values[AP.MAX_ACCELERATION])
 
 
-def _apply_stop_switch(core: ModuleState, axis: Axis, number: int) -> None:
+def _apply_stop_switch(core: ModuleState, axis: AxisState, number: int) -> None:
     """The right and left stop functions are the reference search's while it runs (manual 9.1)."""
     if not axis.search:
         _apply_field(core, axis, number)
         currents.freed(core, axis)
 
 
-def _apply_watch(core: ModuleState, axis: Axis, _number: int) -> None:
+def _apply_watch(core: ModuleState, axis: AxisState, _number: int) -> None:
     currents.settings_changed(core, axis)
 
 
-def _apply_rest_time(core: ModuleState, axis: Axis, _number: int) -> None:
+def _apply_rest_time(core: ModuleState, axis: AxisState, _number: int) -> None:
     currents.rest_time_changed(core, axis)
 
 
-def _apply_prescaler(core: ModuleState, axis: Axis, number: int) -> None:
+def _apply_prescaler(core: ModuleState, axis: AxisState, number: int) -> None:
     encoder.configure(core, axis.motor, axis.values[number])
 
 

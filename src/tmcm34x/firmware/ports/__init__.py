@@ -1,4 +1,5 @@
 """How telegrams reach a module: serial lines with their ASCII interface, and CAN.
 
-A port takes bytes or frames by `receive` and passes replies to a `send` callable; it is independent of links.
+A port takes bytes by `receive` or frames by `receive_frame`, and passes replies to a `send` callable; it is independent
+of links.
 """

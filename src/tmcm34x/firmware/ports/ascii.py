@@ -51,8 +51,8 @@ class AsciiLine:
         self._line = bytearray()
         self._output = bytearray()
 
-    def receive(self, data: bytes) -> bytes:
-        """Take characters; gives back echo and replies to send.
+    def answer(self, data: bytes) -> bytes:
+        """The echo and the replies to characters that arrived.
 
         Whatever follows a line with BIN goes to the port again, as telegrams.
         """

@@ -22,7 +22,7 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.clock import Value
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
 
 IDENTIFIER_BITS: Final = (1 << 29) - 1
 
@@ -40,7 +40,7 @@ class CanPort:
 
     __slots__ = ("_reply_address", "module", "send")
 
-    def __init__(self, module: Module, send: Callable[[int, bytes], None]) -> None:
+    def __init__(self, module: FirmwareModule, send: Callable[[int, bytes], None]) -> None:
         self.module = module
         self.send = send
         self._reply_address = (0, 0)
@@ -69,7 +69,7 @@ class CanPort:
     def enter_text(self, on: bool) -> None:
         """There is no ASCII interface on CAN."""
 
-    def receive(self, identifier: int, data: bytes) -> None:
+    def receive_frame(self, identifier: int, data: bytes) -> None:
         """Take a frame from the bus, at the module's present clock; bits above the 29 of an identifier are ignored."""
         module, identifier = self.module, identifier & IDENTIFIER_BITS
         if not module.powered or identifier not in self.identifiers or len(data) not in CAN_SIZES:
@@ -124,6 +124,6 @@ class CanPort:
         """Go back to what `save` gave."""
         self._reply_address = value
 
-    def recipe(self) -> Callable[[Module], CanPort]:
+    def recipe(self) -> Callable[[FirmwareModule], CanPort]:
         """Makes a CAN port that leads nowhere on another module."""
         return partial(CanPort, send=unconnected)

@@ -25,7 +25,7 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.clock import Value
-    from tmcm34x.firmware.module import Module
+    from tmcm34x.firmware.module import FirmwareModule
 
 TIME_OUT: Final = 5 * MS
 """A partial telegram is dropped when the next bytes come later than this after the last ones."""
@@ -51,7 +51,9 @@ class SerialPort:
 
     __slots__ = ("_buffer", "_last", "_line", "_reply_address", "any_address", "module", "send", "time_out")
 
-    def __init__(self, module: Module, send: Callable[[bytes], None], *, any_address: bool = False) -> None:
+    def __init__(
+        self, module: FirmwareModule, send: Callable[[bytes], None], *, any_address: bool = False
+    ) -> None:
         self.module = module
         self.send = send
         self.any_address = any_address
@@ -132,7 +134,7 @@ class SerialPort:
 
     def _receive_ascii(self, data: bytes) -> None:
         if self._line is not None and data:
-            self.transmit(self._line.receive(data))
+            self.transmit(self._line.answer(data))
 
     def _telegram(self, telegram: bytes) -> None:
         module, program = self.module, self.module.program
@@ -231,6 +233,6 @@ class SerialPort:
         if self._line is not None:
             self._line.load(line)
 
-    def recipe(self) -> Callable[[Module], SerialPort]:
+    def recipe(self) -> Callable[[FirmwareModule], SerialPort]:
         """Makes a serial port that leads nowhere on another module."""
         return partial(SerialPort, send=unconnected, any_address=self.any_address)

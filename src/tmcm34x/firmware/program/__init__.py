@@ -1,7 +1,7 @@
 """The stand-alone program: its control, its commands, and the machine that runs register commands.
 
 `program`    what others see: registers, control functions, saving
-`execution`  how time changes it; `state` and `foreign` are its vocabulary
+`execution`  how time changes it; `state` and `module_commands` are its vocabulary
 `wait`       what a WAIT waits for
 `memory`     download, reading back, protection
 `registers`  accumulator, X, flags, stack, user variables
@@ -12,6 +12,6 @@
 
 from tmcm34x.firmware.program.counts import Counts
 from tmcm34x.firmware.program.program import Program
-from tmcm34x.firmware.program.state import ProgramError, State
+from tmcm34x.firmware.program.state import ProgramError, RunState
 
-__all__ = ["Counts", "Program", "ProgramError", "State"]
+__all__ = ["Counts", "Program", "ProgramError", "RunState"]

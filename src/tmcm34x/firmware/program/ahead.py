@@ -76,7 +76,7 @@ class Ahead:
         copy = self.registers
         self.commands = 0
         self._begin_counting()
-        if not self._machine.is_foreign(registers.counter):
+        if not self._machine.is_module_command(registers.counter):
             copy.assign(registers)
             since = executed - self._origin
             self._room = min(self._length, self.next_search - since) if searching else self._length

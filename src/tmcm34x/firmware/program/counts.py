@@ -60,7 +60,7 @@ class Counts:
         self.marks.clear()
         self._meanings.clear()
 
-    def foreign(self, address: int, now: int) -> None:
+    def module_command(self, address: int, now: int) -> None:
         """A command that is no register command is executed at clock `now`."""
         if address < PROGRAM_SIZE:
             self.executed[address] += 1

@@ -1,6 +1,6 @@
 """A program at work: when its next event is, and what is done then.
 
-One instruction takes `Module.instruction_clocks` and has its effect at their end.  Register commands run in
+One instruction takes `FirmwareModule.instruction_clocks` and has its effect at their end.  Register commands run in
 `machine`, many at a time; everything else goes through the module's dispatcher, as a host's command would,
 with the one difference that a value read goes into the accumulator.
 
@@ -24,12 +24,12 @@ from tmcm34x.firmware.dispatch import execute_in_program
 from tmcm34x.firmware.program import wait
 from tmcm34x.firmware.program.ahead import Ahead
 from tmcm34x.firmware.program.counts import Counts
-from tmcm34x.firmware.program.foreign import PROGRAM_ONLY, STOP, WAIT, misuse, reads
 from tmcm34x.firmware.program.machine import Machine
 from tmcm34x.firmware.program.memory import Memory
+from tmcm34x.firmware.program.module_commands import PROGRAM_ONLY, STOP, WAIT, misuse, reads
 from tmcm34x.firmware.program.polling import Cycle, Polling
 from tmcm34x.firmware.program.registers import ERROR_FLAGS, Registers
-from tmcm34x.firmware.program.state import ProgramError, State
+from tmcm34x.firmware.program.state import ProgramError, RunState
 from tmcm34x.firmware.program.wait import Wait
 from tmcm34x.tmcl.commands import USER_VARIABLES
 from tmcm34x.tmcl.datagram import END_MARK, Instruction
@@ -49,7 +49,7 @@ class Execution:
         self._module = module
         self.registers = Registers([0] * USER_VARIABLES)
         self.memory = Memory(module.eeprom)
-        self.state = State.STOP
+        self.state = RunState.STOP
         self.last_error: ProgramError | None = None
         """The last command that was refused, since the program was started or reset."""
         self.executed = 0
@@ -75,7 +75,7 @@ class Execution:
     @property
     def active(self) -> bool:
         """Whether the program runs or makes a step."""
-        return self.state in {State.RUN, State.STEP}
+        return self.state in {RunState.RUN, RunState.STEP}
 
     @property
     def waiting(self) -> bool:
@@ -139,10 +139,10 @@ class Execution:
             return NEVER
         if self.wait is not None:
             return self._module.now + 1 if self._pins_changed else self.wait.limit
-        if self._pins_changed or self.state is State.STEP:
+        if self._pins_changed or self.state is RunState.STEP:
             self._pins_changed = False
             self.wake()
-        if self.state is State.STEP or self._watched:
+        if self.state is RunState.STEP or self._watched:
             return self._due
         cycle = self._polling.cycle
         if cycle is not None and self.counts is None:
@@ -181,7 +181,7 @@ class Execution:
         asked = (addresses for addresses in self._hooks.values() if addresses is not None)
         self._machine.guard(frozenset[int]().union(*asked))
 
-    def _start(self, state: State) -> None:
+    def _start(self, state: RunState) -> None:
         self.wake()
         self.state = state
         if self.wait is None:
@@ -192,16 +192,16 @@ class Execution:
 
     def _halt(self) -> None:
         self.wake()
-        self.state = State.STOP
+        self.state = RunState.STOP
         self.wait = None
         self._due = NEVER
         self._ahead.shorten()
 
     def _execute_due(self, now: int) -> None:
-        """Execute the register commands due up to `now`, then at most one foreign command."""
+        """Execute the register commands due up to `now`, then at most one module command."""
         clocks = self._module.instruction_clocks
         room = (now - self._due) // clocks + 1
-        single = self._watched or self.state is State.STEP
+        single = self._watched or self.state is RunState.STEP
         if single:
             if self._pauses(now):
                 return
@@ -212,8 +212,8 @@ class Execution:
         if single:
             self._search()
         if done < room and (single or not self._guarded or not self._pauses(now)):
-            self._execute_foreign(now)
-        if self.state is State.STEP and self.wait is None:
+            self._execute_module_command(now)
+        if self.state is RunState.STEP and self.wait is None:
             self._halt()
 
     @property
@@ -241,12 +241,12 @@ class Execution:
         ]
         return any(answers)
 
-    def _execute_foreign(self, now: int) -> None:
+    def _execute_module_command(self, now: int) -> None:
         address = self.registers.counter
         instruction = self.memory[address]
         guarded = self._guarded
         if self.counts is not None:
-            self.counts.foreign(address, now)
+            self.counts.module_command(address, now)
         if guarded and self._machine.pass_guard(self.registers):
             self._polling.forget(now)
             self.executed += 1
@@ -320,7 +320,7 @@ class Execution:
             self.counts.done_waiting(self.registers.counter, now)
         self._go_on(self.registers.counter, now)
         self._ahead.begin(self.executed)
-        if self.state is State.STEP:
+        if self.state is RunState.STEP:
             self._halt()
 
     # Running ahead, and not running at all

@@ -31,7 +31,7 @@ _LARGEST_REGION: Final = 512
 Read = Callable[[int], Instruction]
 """The command at an address."""
 Code = Callable[[int], "str | None"]
-"""The template of the command at an address, None for a foreign one."""
+"""The template of the command at an address, None for a module command."""
 
 
 def fuse(

@@ -1,7 +1,7 @@
 """The register machine of stand-alone TMCL: commands that touch nothing but registers and user variables.
 
 CALC, CALCX, COMP, JC, JA, CSUB, RSUB, CLE, and SGP, GGP, AGP on user variables need neither the clock nor the
-chips, so a program may run many of them between two events.  Every other command is *foreign* here: the
+chips, so a program may run many of them between two events.  Every other command is a *module command* here: the
 machine stops before it and leaves it to `program`.
 
 The first time an address is met, its template becomes a small function; a loop that keeps the machine busy is fused
@@ -26,13 +26,13 @@ from tmcm34x.tmcl.commands import PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 
 _WINDOW: Final = 1024
-"""So many commands in a row without a foreign one are a loop worth fusing."""
+"""So many commands in a row without a module command are a loop worth fusing."""
 _REGISTER: Final = re.compile(r"\b(accumulator|x|result|difference|errors|counter|stack|variables)\b")
 
 Operation = Callable[[Registers, int], int]
 """Executes commands from `registers.counter`, at most so many; gives back how many are left.
 
-Minus that number: the next command is a foreign one.
+Minus that number: the next command is a module command.
 """
 
 
@@ -75,7 +75,7 @@ class Machine:
 
     def __init__(self, read: Callable[[int], Instruction]) -> None:
         self.guarded: frozenset[int] = frozenset()
-        """Addresses whose commands count as foreign, because somebody wants to be asked before them."""
+        """Addresses whose commands count as module commands, because somebody wants to be asked before them."""
         self.counts: Counts | None = None
         """Where executed commands are counted, if they are."""
         self._read = read
@@ -105,19 +105,19 @@ class Machine:
         return machine
 
     def guard(self, addresses: frozenset[int]) -> None:
-        """Stop before these commands too, and before no others than them and foreign ones."""
+        """Stop before these commands too, and before no others than them and module commands."""
         if addresses != self.guarded:
             self.guarded = addresses
             self.invalidate()
 
-    def is_foreign(self, address: int) -> bool:
-        """Whether a foreign command is known to stand at `address`."""
-        return bool(self._single) and self._single[address] is _foreign
+    def is_module_command(self, address: int) -> bool:
+        """Whether a module command is known to stand at `address`."""
+        return bool(self._single) and self._single[address] is _module_command
 
     def run(self, registers: Registers, count: int) -> int:
         """Execute register commands, at most `count`; give back how many there were.
 
-        Fewer than `count`: the command at `registers.counter` is foreign.
+        Fewer than `count`: the command at `registers.counter` is a module command.
         """
         if not self._single:
             self._forget()
@@ -181,7 +181,7 @@ class Machine:
         """Stands at every address that was not executed yet, and replaces itself."""
         address = registers.counter
         template = self._code(address)
-        operation = _foreign if template is None else self._operation(template, address)
+        operation = _module_command if template is None else self._operation(template, address)
         self._single[address] = self._fast[address] = operation
         return left
 
@@ -213,6 +213,6 @@ def _operation(template: str, instruction: Instruction, address: int) -> Operati
     return _maker(template)(instruction.value, instruction.type, instruction.value, address + 1)
 
 
-def _foreign(registers: Registers, left: int) -> int:
-    """Stands at the address of a foreign command."""
+def _module_command(registers: Registers, left: int) -> int:
+    """Stands at the address of a module command."""
     return -left

@@ -26,7 +26,7 @@ from tmcm34x.tmcl.numbers import AP
 
 if TYPE_CHECKING:
     from tmcm34x.clock import Value
-    from tmcm34x.firmware.axis import Axis
+    from tmcm34x.firmware.axis import AxisState
     from tmcm34x.firmware.state import ModuleState
     from tmcm34x.tmcl.datagram import Instruction
 
@@ -80,7 +80,7 @@ class Cycle(NamedTuple):
     commands: int
     """Executed in one period."""
     values: tuple[int | None, ...]
-    """What the foreign commands of one period read, in order; None for nothing."""
+    """What the module commands of one period read, in order; None for nothing."""
     until: int
     """The clock at which something read may be another by itself."""
 
@@ -196,7 +196,7 @@ class Polling:
             return type_ == _ABS and placed and axis.read(X_TARGET) == value
         return turning and axis.open and not axis.scaled and axis.read(V_TARGET) == value
 
-    def _takes_up(self, axis: Axis, now: int) -> bool:
+    def _takes_up(self, axis: AxisState, now: int) -> bool:
         """Whether the chip may not have taken up yet what was written: it does with its next ramp tick."""
         return now - self._disturbed <= RAMP_TICK << axis.values[AP.RAMP_DIVISOR]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from tmcm34x.clock import digest
 from tmcm34x.firmware.program.execution import Execution
-from tmcm34x.firmware.program.state import ProgramError, State
+from tmcm34x.firmware.program.state import ProgramError, RunState
 from tmcm34x.firmware.program.wait import Wait
 from tmcm34x.tmcl.commands import PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
@@ -91,14 +91,14 @@ class Program(Execution):
             self.registers.counter = address
             self.registers.stack.clear()
         self.controls += 1
-        if self.state is not State.RUN:
-            self._start(State.RUN)
+        if self.state is not RunState.RUN:
+            self._start(RunState.RUN)
         return Status.OK
 
     def step(self) -> Status:
         """Execute one command and stop again (130)."""
         self.controls += 1
-        self._start(State.STEP)
+        self._start(RunState.STEP)
         return Status.OK
 
     def stop(self) -> Status:
@@ -175,7 +175,7 @@ class Program(Execution):
         ) = value  # fmt: skip
         self._machine.invalidate()
         self.registers.restore(contents)
-        self.state = State(state)
+        self.state = RunState(state)
         self.last_error = None if error is None else ProgramError(error[0], Status(error[1]))
         self.wait = None if waiting is None else Wait(*waiting)
         self._ahead.load(ahead)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from tmcm34x.tmcl.status import Status
 
 
-class State(IntEnum):
+class RunState(IntEnum):
     """What the program is doing (control function 135, global parameter 128)."""
 
     STOP = 0

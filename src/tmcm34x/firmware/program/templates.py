@@ -104,7 +104,7 @@ _TYPED: Final[dict[int, dict[int, str]]] = {
 
 
 def template_of(instruction: Instruction) -> str | None:
-    """What a register command does, or None for a foreign one (also one with operands out of range)."""
+    """What a register command does, or None for a module command (also one with operands out of range)."""
     number, type_, motor, value = instruction
     if number in WITH_TARGET and not 0 <= value < PROGRAM_SIZE:
         return None

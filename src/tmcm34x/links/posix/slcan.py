@@ -118,7 +118,7 @@ class Adapter:
             return
         identifier, data = frame.read(line[1:])
         self._answer(frame.answer)
-        self._bus.receive(identifier, data, self._bit_rate)
+        self._bus.receive_frame(identifier, data, self._bit_rate)
 
     def _answer(self, text: str) -> None:
         self._send(f"{text}\r".encode("ascii"))

@@ -127,8 +127,8 @@ def _motor(name: str, instruction: Instruction, operand: Operand, _model: int) -
 def _axis_parameter(name: str, instruction: Instruction, operand: Operand, model: int) -> _Verdicts:
     row, field = axis_parameters.BY_NUMBER.get(instruction.type), operand.field
     if row is None:
-        foreign = sisters.axis_parameter(instruction.type)
-        hint = "" if foreign is None else f": it is of {foreign.owner}; a TMCM-34x has {foreign.instead}"
+        sister = sisters.axis_parameter(instruction.type)
+        hint = "" if sister is None else f": it is of {sister.owner}; a TMCM-34x has {sister.instead}"
         yield Verdict("W305", field, f"no axis parameter {instruction.type}{hint}", once=True)
     elif model not in row.models:
         yield Verdict("W302", field, f"a TMCM-{model} has no parameter {row.number} ({row.name})", once=True)

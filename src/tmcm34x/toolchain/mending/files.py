@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Final, NamedTuple
 
-from tmcm34x.tmcl.commands import BY_MNEMONIC, FOREIGN_COMMANDS
+from tmcm34x.tmcl.commands import BY_MNEMONIC, SISTER_COMMANDS
 from tmcm34x.toolchain import parser
 from tmcm34x.toolchain.diagnostics import shown
 from tmcm34x.toolchain.mending import words
@@ -241,4 +241,4 @@ def _is_prose(tokens: Sequence[Token]) -> bool:
     """Whether a line reads like words of a sentence: several names, the first of which is no command."""
     if sum(token.kind == "name" for token in tokens) < 2 or any(token.text in "=:" for token in tokens):
         return False
-    return tokens[0].kind == "name" and tokens[0].text.upper() not in (*BY_MNEMONIC, *FOREIGN_COMMANDS)
+    return tokens[0].kind == "name" and tokens[0].text.upper() not in (*BY_MNEMONIC, *SISTER_COMMANDS)

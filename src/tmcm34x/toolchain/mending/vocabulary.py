@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 
-from tmcm34x.tmcl.commands import BY_MNEMONIC, FOREIGN_COMMANDS
+from tmcm34x.tmcl.commands import BY_MNEMONIC, SISTER_COMMANDS
 from tmcm34x.tmcl.commands import Command as Row
 from tmcm34x.toolchain import parser
 from tmcm34x.toolchain.diagnostics import article, one_of, shown
@@ -38,7 +38,7 @@ def meaning(line: Text) -> Iterator[Repair]:
     """Commands as other languages call them."""
     meant = words.COMMANDS.get(line.head.upper())
     called = line.after.strip(BLANKS)
-    if meant is not None and (line.head.upper() not in FOREIGN_COMMANDS or called.isidentifier()):
+    if meant is not None and (line.head.upper() not in SISTER_COMMANDS or called.isidentifier()):
         start, after = line.body, line.after.lstrip(BLANKS)
         if not after:
             meant = meant.partition(" ")[0]
@@ -66,7 +66,7 @@ def _with_head(line: Text, name: str) -> parser.Line:
 
 def _near(line: Text) -> tuple[str, ...]:
     key = line.head.upper()
-    if not key or key in BY_MNEMONIC or key in FOREIGN_COMMANDS:
+    if not key or key in BY_MNEMONIC or key in SISTER_COMMANDS:
         return ()
     return nearest(key, BY_MNEMONIC, 1 if len(key) < 5 else 2)
 
@@ -149,6 +149,6 @@ def guess(line: Text) -> Iterator[Repair]:
         yield Repair("E201", line.body, line.rest, f"no command {line.head}; {words.NOTES[key]}")
     near = _near(line)
     meant = words.COMMANDS.get(key, "").partition(" ")[0]
-    if (near or meant) and key not in FOREIGN_COMMANDS:
+    if (near or meant) and key not in SISTER_COMMANDS:
         text = f"no command {shown(line.head)}; did you mean {meant or one_of(near)}?"
         yield Repair("E201", line.body, line.rest, text)

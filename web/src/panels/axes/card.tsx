@@ -257,7 +257,7 @@ function Reference({ motor }: { motor: number }) {
     );
 }
 
-export function Axis({ motor }: { motor: number }) {
+export function AxisCard({ motor }: { motor: number }) {
     return (
         <section class={`axis motor${motor} ${stale.value ? "stale" : ""}`} aria-label={`Motor ${motor}`}>
             <Header motor={motor} />
