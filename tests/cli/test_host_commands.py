@@ -73,6 +73,22 @@ def test_send_shows_bytes_and_json():
     assert (row["status"], row["value"]) == (100, 1000)
 
 
+def test_send_as_json_says_what_was_done_before_a_command_without_a_reply(serve):
+    served = serve("--tcp", 0, "--fault", "silent,after=2")
+    result = tmcm34x(
+        "send", "--json", "GAP 4, 0", "GAP 5, 0", "GAP 6, 0", port=f"tcp:{served.tcp}?timeout=0.2"
+    )
+    text, _, last = result.output.rpartition("]\n")
+    done, silent = (json.loads(f"{text}]")[index] for index in (0, -1))
+    assert (result.exit_code, done["value"], silent["value"]) == (3, 1000, None)
+    assert (last, silent["error"]) == (f"tmcm34x send: {silent['error']}\n", last[14:-1])
+
+
+def test_send_as_json_is_json_where_no_reply_is_expected():
+    (row,) = json.loads(tmcm34x("send", "--json", "137 0, 0, 1234", port=VIRTUAL).output)
+    assert (row["received"], row["exit"]) == (None, 0)
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [
@@ -176,6 +192,39 @@ def test_a_program_is_started_stepped_stopped_and_reset(port, tmp_path):
     assert "program stopped" in tmcm34x("stop", "--all", port=port).output
     assert tmcm34x("step", "--yes", port=port).exit_code == 0
     assert "program stopped at address 0" in tmcm34x("reset", port=port).output
+
+
+def test_a_dry_run_of_a_download_compares(port, tmp_path):
+    file = tmp_path / "p.tmc"
+    file.write_text("MST 0\nMST 1\n")
+    result = tmcm34x("download", file, "--dry-run", port=port)
+    assert (result.exit_code, result.output) == (1, "3 of 3 instructions differ; nothing is written\n")
+    assert tmcm34x("upload", port=port).output == "0 instructions\n"
+    assert tmcm34x("download", file, "--yes", port=port).exit_code == 0
+    result = tmcm34x("download", file, "--dry-run", port=port)
+    assert (result.exit_code, result.output) == (0, "the module holds these 3 instructions already\n")
+
+
+def test_a_download_that_is_cut_says_how_much_is_stored(serve, tmp_path):
+    file = tmp_path / "p.tmc"
+    file.write_text("MST 0\n" * 99)
+    served = serve("--tcp", 0, "--fault", "silent,after=30")
+    result = tmcm34x("download", file, "--yes", port=f"tcp:{served.tcp}?timeout=0.05&retries=0")
+    assert result.exit_code == 3
+    assert re.search(
+        r"; \d+ of 101 instructions are stored, so the program is not complete; download it again\n$",
+        result.output,
+    )
+
+
+def test_settings_on_a_line_that_is_lost_say_how_many_are_set_or_stored(serve, tmp_path):
+    file = tmp_path / "s.toml"
+    tmcm34x("settings", "dump", file, port=VIRTUAL)
+    for words, what in ((("load", file), "set"), (("store",), "stored")):
+        served = serve("--tcp", 0, "--fault", "silent,after=30")
+        result = tmcm34x("settings", *words, "--yes", port=f"tcp:{served.tcp}?timeout=0.05&retries=0")
+        assert result.exit_code == 3
+        assert re.search(rf"; (28|29) of \d+ values are {what}, the others are not\n$", result.output)
 
 
 def test_a_program_with_mistakes_is_not_sent(port, tmp_path):
@@ -316,6 +365,53 @@ def test_an_incomplete_backup_says_so_everywhere(port, tmp_path):
     assert "the backup is not complete" in result.output
 
 
+def test_an_incomplete_backup_does_not_replace_a_complete_one(port, tmp_path):
+    file = tmp_path / "x.toml"
+    assert tmcm34x("backup", file, "--yes", port=port).exit_code == 0
+    complete = file.read_text()
+    tmcm34x("send", "--yes", "SGP code_protection, 0, 1", port=port)
+    result = tmcm34x("backup", file, "--yes", port=port)
+    assert result.exit_code == 1
+    assert f"{file}: holds a complete backup, and is left as it is" in result.output
+    assert file.read_text() == complete
+    assert (tmp_path / "x-incomplete.toml").read_text().startswith("# INCOMPLETE backup")
+
+
+@pytest.mark.parametrize("command", ["restore", "clone"])
+def test_a_dry_run_shows_the_differences_and_writes_nothing(port, tmp_path, command):
+    file = tmp_path / "x.toml"
+    tmcm34x("backup", file, port=VIRTUAL)
+    tmcm34x("send", "--yes", "SAP 4, 0, 555", "SGP 5, 2, 9", port=port)
+    words = ("restore", file) if command == "restore" else ("clone", file, port)
+    result = tmcm34x(*words, "--dry-run", "--yes", port=port)
+    assert result.exit_code == 1
+    assert "axis.0.max_speed: backup 1000, module 555" in result.output
+    assert result.output.endswith("2 differences; nothing is written\n")
+    assert tmcm34x("send", "GAP 4, 0", "GGP 5, 2", port=port).output == "GAP 4, 0: 555\nGGP 5, 2: 9\n"
+
+
+def test_a_pseudo_terminal_is_a_port_whatever_its_name(serve, tmp_path):
+    link = tmp_path / "module"
+    serve("--pty", link)
+    file = tmp_path / "x.toml"
+    tmcm34x("backup", file, port=VIRTUAL)
+    assert tmcm34x("compare", file, link, "--yes").output.startswith("equal: 447 values")
+
+
+def test_another_model_takes_what_both_have(serve, tmp_path):
+    file, spare = tmp_path / "x.toml", f"tcp:{serve('--tcp', 0, '--model', 342).tcp}"
+    tmcm34x("backup", file, port=VIRTUAL)
+    file.write_text(file.read_text().replace("max_speed = 1000", "max_speed = 432"))
+    result = tmcm34x("restore", file, "--other-model", "--yes", port=spare)
+    assert result.exit_code == 0, result.output
+    *lines, last = result.output.splitlines()
+    (left_out,) = (line for line in lines if line.startswith("left out"))
+    assert left_out.startswith("left out, because a TMCM-342 has other drivers: max_current, standby_current")
+    assert left_out.endswith(", chip")
+    assert last.startswith("read back: equal in every row")
+    assert tmcm34x("send", "GAP 4, 2", port=spare).output == "GAP 4, 2: 432\n"
+
+
 def test_a_backup_of_another_model_is_refused_unless_told(tmp_path):
     assert tmcm34x("backup", tmp_path / "x.toml", port="virtual:341").exit_code == 0
     result = tmcm34x("restore", tmp_path / "x.toml", port="virtual:343")
@@ -347,6 +443,14 @@ OPERATIONS = {
 """Commands, and how many replies they get before the line is cut."""
 
 
+UNFINISHED = {
+    "settings load": r" \d\d of \d+ values are set, the others are not",
+    "settings store": r" \d\d of \d+ values are stored, the others are not",
+    "download": r" \d\d of 202 instructions are stored, so the program is not complete; download it again",
+}
+"""What commands that change the module say of what they have done."""
+
+
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("files")
@@ -369,7 +473,8 @@ def test_a_line_that_is_unplugged_in_the_middle_is_status_3(serve, files, words,
     result = tmcm34x(*arguments, port=port, text="GAP 4, 0\n" * 10)
     *_, last = result.output.splitlines()
     assert result.exit_code == 3
-    assert re.search(r" is gone \(.+\); is (it plugged in|the other side still running)\?$", last)
+    done = next((text for name, text in UNFINISHED.items() if words.startswith(name)), "")
+    assert re.search(rf" is gone \(.+\); is (it plugged in|the other side still running)\?{done}$", last)
     assert not Path(files["FILE"]).exists()
 
 
@@ -443,6 +548,12 @@ def test_a_scan_finds_a_module_whose_address_is_forgotten(serve):
     assert result.exit_code == 0
     assert result.output == f"tcp:{served.tcp}?address=23  TMCM-343 V4.36, address 23\n"
     assert tmcm34x("send", "GAP 4, 0", port=f"tcp:{served.tcp}?address=23").exit_code == 0
+
+
+def test_a_scan_lists_a_module_on_a_port_without_a_bit_rate_once(serve):
+    served = serve("--pty", "--speed", 20)
+    result = tmcm34x("scan", served.pty, "--address", 1)
+    assert result.output == f"serial:{served.pty}?baud=9600&address=1  TMCM-343 V4.36, address 1\n"
 
 
 def test_a_scan_finds_a_module_whose_bit_rate_is_forgotten(serve):
@@ -550,3 +661,25 @@ def test_completion_knows_commands_parameters_and_words():
     assert completions("can_b", "SGP can_b") == ["can_bit_rate"]
     assert completions("a", "MVP a") == ["ABS"]
     assert completions("enter", "enter") == ["enter_ASCII_mode"]
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("res", ["reset", "restore"]),
+        ("restore --dry", ["--dry-run"]),
+        ("status --port virtual:34", ["virtual:341", "virtual:342", "virtual:343"]),
+    ],
+)
+def test_the_shell_completes_commands_options_and_ports(words, expected):
+    environment = {"COMP_WORDS": f"tmcm34x {words}", "COMP_CWORD": str(len(words.split()))}
+    environment["_TMCM34X_COMPLETE"] = "bash_complete"
+    found = subprocess.run(
+        [COMMAND], check=True, env={**os.environ, **environment}, stdout=subprocess.PIPE, text=True
+    )
+    assert [line.removeprefix("plain,") for line in found.stdout.splitlines()] == expected
+
+
+@pytest.mark.parametrize("shell", ["zsh", "fish"])
+def test_the_completion_script_asks_this_program(shell):
+    assert f"_TMCM34X_COMPLETE={shell}_complete" in tmcm34x("completion", shell).output

@@ -138,8 +138,15 @@ def test_a_module_that_is_called_by_its_second_identifier_answers_with_its_first
     with connect(f"{name}&address=1") as module:
         module.axes[2].max_speed = 99
         assert module.axes[2].max_speed == 99
-    with pytest.raises(GarbledReplyError), connect(name) as module:
+    with pytest.raises(GarbledReplyError, match="give address=1 in the URL"), connect(name) as module:
         _ = module.axes[2].max_speed
+
+
+def test_a_scan_finds_a_module_with_two_identifiers_once(bus, request):
+    bus.execute("SGP 83, 0, 77")
+    attempts = scan.plan([f"can:virtual:{request.node.name}?bitrate=1000000"], addresses=(1, 76, 77, 78))
+    (found,) = scan.scan(attempts)
+    assert found.url.endswith("&id=1")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo terminals")

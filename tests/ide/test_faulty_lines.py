@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 
 import pytest
 
@@ -106,6 +107,43 @@ def test_a_line_that_is_lost_in_the_middle_ends_in_no_success(tmp_path, call, do
             assert (answer.code, "gone" in answer.text) == ("module", True)
         else:
             assert "INCOMPLETE" in answer.result.splitlines()[0]
+
+    _go(tmp_path, scenario)
+
+
+def test_an_import_on_a_line_that_is_lost_says_how_much_is_set(tmp_path):
+    async def scenario(bench, page):
+        text = await page.call(wire.ExportSettings("toml"))
+        bench.arm("unplug,after=30")
+        answer = await page.ask(wire.ImportSettings(text))
+        assert answer.code == "module"
+        assert answer.text.startswith("The import is not complete: ")
+        assert re.search(r"\d+ of \d+ values are set, the others are not\.$", answer.text)
+
+    _go(tmp_path, scenario)
+
+
+def test_an_upload_on_a_line_that_is_lost_gives_no_program(tmp_path):
+    async def scenario(bench, page):
+        await page.call(wire.Download("a.tmc"))
+        bench.arm("silent,after=20")
+        assert await page.refusal(wire.Upload()) == "module"
+        bench.faults.clear()
+        assert "WAIT" in await page.call(wire.Upload())
+        bench.arm("unplug,after=20")
+        answer = await page.ask(wire.Upload())
+        assert (answer.code, "gone" in answer.text) == ("module", True)
+
+    _go(tmp_path, scenario)
+
+
+def test_storing_on_a_line_that_is_lost_is_no_success(tmp_path):
+    async def scenario(bench, page):
+        await page.execute("SAP 4, 1, 777")
+        bench.arm("unplug,after=1")
+        ended = await _kept(page, STORED)
+        assert (ended.complete, bool(ended.text)) == (False, True)
+        assert bench.module.eeprom.axis_values[2].get(4) != 777
 
     _go(tmp_path, scenario)
 

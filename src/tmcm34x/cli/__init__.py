@@ -13,12 +13,15 @@ import math
 import os
 import sys
 from importlib import import_module
-from typing import Any, Final, NamedTuple, TextIO
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TextIO
 
 import click
 
 from tmcm34x import __version__
 from tmcm34x.interrupts import STATUS, Leaving, leave_on_interrupt
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 
 class SubCommand(NamedTuple):
@@ -68,6 +71,7 @@ SUB_COMMANDS: Final = (
     SubCommand("units", "tmcm34x.cli.host.units", "Convert speeds, accelerations and distances."),
     SubCommand("lsp", "tmcm34x.cli.lsp", "Serve the language server for editors."),
     SubCommand("dap", "tmcm34x.cli.dap", "Serve the debug adapter for editors."),
+    SubCommand("completion", "tmcm34x.cli.completion", "Complete commands by Tab in bash, zsh or fish."),
 )
 _BY_NAME: Final = {row.name: row for row in SUB_COMMANDS}
 
@@ -106,6 +110,14 @@ class _Group(click.Group):
             command = getattr(import_module(row.module), row.attribute)
         assert isinstance(command, click.Command)
         return command
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """The commands from the table, so that none is imported; options as in any command."""
+        from click.shell_completion import CompletionItem
+
+        named = [row for row in SUB_COMMANDS if row.name.startswith(incomplete)]
+        options = click.Command.shell_complete(self, ctx, incomplete) if incomplete.startswith("-") else []
+        return [*(CompletionItem(row.name, help=row.help) for row in named), *options]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):

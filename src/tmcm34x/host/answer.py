@@ -8,8 +8,9 @@ from __future__ import annotations
 import re
 from typing import Final, NamedTuple
 
+from tmcm34x.host.exceptions import GarbledReplyError, LateReplyError, NoReplyError, ReplyError
 from tmcm34x.tmcl.commands import BY_MNEMONIC, BY_NUMBER, MOTORS, RFS_TYPES
-from tmcm34x.tmcl.datagram import Instruction, Reply, unpack_reply
+from tmcm34x.tmcl.datagram import SIZE, Instruction, Reply, unpack_reply
 from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_KEYS
 from tmcm34x.tmcl.mnemonic import format_instruction
 from tmcm34x.tmcl.numbers import CONTROL
@@ -128,3 +129,43 @@ def value_of(window: bytes) -> int:
 def normal(window: bytes) -> Answer:
     """A reply in the normal form."""
     return Answer(window[2], value_of(window), window)
+
+
+def failure(instruction: Instruction, received: bytes, *, late: bool, misdirected: bool) -> ReplyError:
+    """Why a command has no answer, by what came.
+
+    late: replies to earlier commands came
+    misdirected: replies to commands of another host came
+    """
+    if late:
+        return LateReplyError(
+            instruction,
+            "replies came that may be those of earlier commands; raise the time-out of the connection",
+        )
+    if received and misdirected:
+        return GarbledReplyError(
+            instruction, "replies to commands of another host came; only one host may use the line at a time"
+        )
+    if (address := _address_in(received, instruction.number)) is not None:
+        return GarbledReplyError(
+            instruction,
+            f"the reply came from address {address}, which was not asked; give address={address} in the URL if that "
+            "is the module that is meant (on CAN, one that is called by its second identifier, 83)",
+        )
+    if received:
+        return GarbledReplyError(
+            instruction,
+            f"no reply in {received[:32].hex(' ')}; check the bit rate, the wiring and the other end of the line",
+        )
+    return NoReplyError(
+        instruction, "no reply in time; check power, wiring, address and bit rate (`tmcm34x scan` finds them)"
+    )
+
+
+def _address_in(received: bytes, number: int) -> int | None:
+    """The address in a whole reply to command `number`, where there is one."""
+    windows = (received[start : start + SIZE] for start in range(len(received) - SIZE + 1))
+    whole = (
+        window for window in windows if window[3] == number and window[2] in STATUS_TEXTS and is_whole(window)
+    )
+    return next((window[1] for window in whole), None)

@@ -22,6 +22,9 @@ here, and types in `reading` where values stand in tables.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+
 from tmcm34x.tmcl.datagram import Instruction, Reply
 from tmcm34x.tmcl.mnemonic import format_instruction
 from tmcm34x.tmcl.status import STATUS_TEXTS, Status
@@ -120,6 +123,17 @@ class FileError(HostError):
     def __init__(self, path: str, line: int, text: str) -> None:
         super().__init__(f"{path}:{line}: {text}" if line else f"{path}: {text}")
         self.line = line
+
+
+@contextmanager
+def unfinished(what: Callable[[], str]) -> Generator[None]:
+    """Have the error that ends an operation in the middle say what was done until then, and what was not."""
+    try:
+        yield
+    except (ReplyError, LinkError) as error:
+        text = str(error)
+        error.args = (f"{text}{'' if text.endswith('?') else ';'} {what()}",)
+        raise
 
 
 _ADVICE = {

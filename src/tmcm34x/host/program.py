@@ -20,6 +20,7 @@ from tmcm34x.host.exceptions import (
     RefusedError,
     ReplyError,
     VerifyError,
+    unfinished,
 )
 from tmcm34x.host.steps import (
     NUMBERS,
@@ -159,15 +160,48 @@ def download(
     """Store `instructions` from `address` on, with an end mark behind them, and read them back.
 
     Stops a running program, and leaves it reset.  Raises `VerifyError` at the first instruction that comes back
-    differently, `ProtectedError` where the memory is protected, `RangeError` where it is too small.
+    differently, `ProtectedError` where the memory is protected, `RangeError` where it is too small; `ReplyError` and
+    `LinkError` say how much is stored.
     """
     marked = with_end_mark(instructions, address)
     total = len(marked) * (2 if verify else 1)
-    yield from stop(tell)
-    yield from store(marked, address, lambda done, _: progress(done, total))
-    if verify:
-        yield from check_stored(marked, address, lambda done, _: progress(len(marked) + done, total))
-    yield from reset()
+    so_far = 0
+
+    def show(done: int) -> None:
+        nonlocal so_far
+        so_far = done
+        progress(done, total)
+
+    with unfinished(lambda: "nothing is stored"):
+        yield from stop(tell)
+    try:
+        with unfinished(lambda: _so_far(so_far, len(marked))):
+            yield from store(marked, address, lambda done, _: show(done))
+            if verify:
+                yield from check_stored(marked, address, lambda done, _: show(len(marked) + done))
+            yield from reset()
+    except KeyboardInterrupt:
+        tell(f"Interrupted: {_so_far(so_far, len(marked))}.")
+        raise
+
+
+def _so_far(done: int, size: int) -> str:
+    """What a download that has ended early has done."""
+    if done >= size:
+        return f"all {size} instructions are stored, {done - size} of them verified"
+    return f"{done} of {size} instructions are stored, so the program is not complete; download it again"
+
+
+def differing(
+    instructions: Sequence[Instruction], address: int = 0, progress: Progress = silent
+) -> Steps[int]:
+    """How many instructions of the memory are not what a download of `instructions` would leave there."""
+    marked = with_end_mark(instructions, address)
+    count = 0
+    for offset, expected in enumerate(marked):
+        count += (yield from read_instruction(address + offset)) != expected
+        progress(offset + 1, len(marked))
+    return count
 
 
 def with_end_mark(instructions: Sequence[Instruction], address: int = 0) -> list[Instruction]:

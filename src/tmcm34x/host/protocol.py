@@ -36,13 +36,14 @@ from tmcm34x.host.answer import (
     WRONG_CHECKSUM,
     Answer,
     decode,
+    failure,
     is_event,
     is_whole,
     normal,
     repeatable,
     stopping,
 )
-from tmcm34x.host.exceptions import GarbledReplyError, LateReplyError, NoReplyError, ReplyError
+from tmcm34x.host.exceptions import ReplyError
 from tmcm34x.tmcl.datagram import SIZE, TELEGRAM, Instruction, Reply, pack_request, unpack_reply
 from tmcm34x.tmcl.status import STATUS_TEXTS
 
@@ -349,26 +350,8 @@ class Conversation:
     # Failing
 
     def _failure(self) -> ReplyError:
-        instruction, received, self._probe = self._instruction, bytes(self._buffer), b""
-        if self._late:
-            return LateReplyError(
-                instruction,
-                "replies came that may be those of earlier commands; raise the time-out of the connection",
-            )
-        if received and self._misdirected:
-            return GarbledReplyError(
-                instruction,
-                "replies to commands of another host came; only one host may use the line at a time",
-            )
-        if received:
-            return GarbledReplyError(
-                instruction,
-                f"no reply in {received[:32].hex(' ')}; check the bit rate, the wiring and the other end of the line",
-            )
-        return NoReplyError(
-            instruction,
-            "no reply in time; check power, wiring, address and bit rate (`tmcm34x scan` finds them)",
-        )
+        self._probe = b""
+        return failure(self._instruction, bytes(self._buffer), late=self._late, misdirected=self._misdirected)
 
     # Sending
 

@@ -17,9 +17,9 @@ from typing import Final, NamedTuple
 
 from tmcm34x.host import program
 from tmcm34x.host.backup import Backup, Difference, compare, groups_of
-from tmcm34x.host.exceptions import RefusedError, ReplyError, VerifyError
+from tmcm34x.host.exceptions import RefusedError, ReplyError, VerifyError, unfinished
 from tmcm34x.host.following import following
-from tmcm34x.host.items import COMMUNICATION, GUARDED, Item
+from tmcm34x.host.items import COMMUNICATION, GUARDED, Item, all_items
 from tmcm34x.host.program import Progress, silent
 from tmcm34x.host.reading import Reading, Value
 from tmcm34x.host.settings import Failure, in_order
@@ -52,8 +52,24 @@ def plan(wanted: Backup, present: Backup, keep: Iterable[str] = ()) -> Plan:
 
     keep: keys of global parameters that stay as they are
     """
-    differences = compare(wanted, present, keep)
+    differences = unequal(wanted, present, keep)
     return Plan(differences, list(_warnings(wanted, present, differences)))
+
+
+def for_model(wanted: Backup, model: int) -> tuple[Backup, list[str]]:
+    """What of a backup of another model `model` takes, and the keys or the table of what is left out.
+
+    The chip's tables are left out: driver chain and microstep table fit the drivers of their own model.
+    """
+    known = {item.path for item in all_items(model) if item.table != "chip"}
+    present, stored = (
+        {item: found for item, found in side.items() if item.path in known}
+        for side in (wanted.present, wanted.stored)
+    )
+    left_out = dict.fromkeys(
+        item.table if item.table == "chip" else item.key for item in wanted.present if item.path not in known
+    )
+    return wanted._replace(model=model, present=present, stored=stored), list(left_out)
 
 
 def _warnings(wanted: Backup, present: Backup, differences: list[Difference]) -> Iterator[str]:
@@ -88,7 +104,10 @@ def restore(
     `HostError` where the line is gone or the program is not as written.
     """
     work = _Restore(wanted, present, frozenset(keep), progress)
-    yield from work.run()
+    with unfinished(
+        lambda: f"{work.done} steps of the restore are done and it is not complete; restore again"
+    ):
+        yield from work.run()
     return work.failures
 
 
@@ -104,7 +123,8 @@ class _Restore:
         self._items = {item.key: item for item in wanted.present if item.table == "module"}
         self._current: dict[str, int] = _known(present.present)
         self._stored: dict[str, int] = _known(present.stored)
-        self._done = 0
+        self.done = 0
+        """Values, instructions and settings of the line that are as wanted."""
 
     def run(self) -> Steps[None]:
         yield from program.stop()
@@ -222,8 +242,8 @@ class _Restore:
         self._step()
 
     def _step(self) -> None:
-        self._done += 1
-        self._progress(self._done, self._done + 1)
+        self.done += 1
+        self._progress(self.done, self.done + 1)
 
 
 def _change_line(key: str, before: int, number: int) -> Steps[None]:

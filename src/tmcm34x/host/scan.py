@@ -25,6 +25,8 @@ ADDRESSES: Final = range(1, 256)
 LIKELY_BAUDS: Final = (9600, 115200, 57600, 38400, 19200)
 """Tried first; then the others that a module may have."""
 LIKELY_ADDRESSES: Final = 16
+FOREIGN_BAUD: Final = 4800
+"""No module has this bit rate: a reply at it shows that the port has none, as with USB and pseudo terminals."""
 _IDENTIFY: Final = Instruction(VERSION, 1)
 _REPLY_ID: Final = Instruction(NUMBERS["GGP"], BY_KEY["can_reply_id"].number)
 _BITS: Final = 10
@@ -131,7 +133,7 @@ def scan(
             port = attempt.url.target
             progress(done, len(attempts), f"{port} address {attempt.address}")
             try:
-                found = lines.ask(attempt)
+                found = lines.find(attempt)
             except LinkError as error:
                 lines.give_up(port)
                 failed(str(error))
@@ -151,6 +153,19 @@ class _Lines:
         self._connection: Connection | None = None
         self._opened = ""
         self._dead: set[str] = set()
+        self._only_baud: dict[str, int | None] = {}
+        """By port where a module was found: the bit rate of all of them where the port has none, or None."""
+
+    def find(self, attempt: Try) -> Found | None:
+        """The module that replies there; a port without a bit rate is looked at once.  Raises `LinkError`."""
+        url = attempt.url
+        if self._only_baud.get(url.target) not in {None, url.baud}:
+            return None
+        found = self.ask(attempt)
+        if found is not None and url.scheme == "serial" and url.target not in self._only_baud:
+            foreign = self.ask(attempt._replace(url=url.replaced(baud=FOREIGN_BAUD)))
+            self._only_baud[url.target] = None if foreign is None else url.baud
+        return found
 
     def ask(self, attempt: Try) -> Found | None:
         """Whether a module replies there.  Raises `LinkError`."""

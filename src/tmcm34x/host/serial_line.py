@@ -19,7 +19,7 @@ import serial
 
 from tmcm34x.host.exceptions import LinkError, LostLinkError
 from tmcm34x.host.line import RealTime
-from tmcm34x.links.reasons import port_reason
+from tmcm34x.links.reasons import is_in_use, port_reason
 
 if TYPE_CHECKING:
     from tmcm34x.host.steps import Follow
@@ -75,6 +75,10 @@ class SerialLine(RealTime):
             self._port.close()
 
     def _lost(self, error: Exception) -> LostLinkError:
+        if is_in_use(error):
+            return LostLinkError(
+                f"{self.name}: another program reads from this port; close it and begin again"
+            )
         return LostLinkError(f"{self.name}: the port is gone ({port_reason(error)}); is it plugged in?")
 
 

@@ -14,7 +14,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final, NamedTuple, cast
 
-from tmcm34x.host.exceptions import FileError, RefusedError
+from tmcm34x.host.exceptions import FileError, RefusedError, unfinished
 from tmcm34x.host.items import COMMUNICATION, GUARDED, MODELS, Item, settings_items
 from tmcm34x.host.reading import Reading, Value
 from tmcm34x.host.steps import VERSION, Steps, ask, check, insist, reading, settle
@@ -71,27 +71,36 @@ def read(items: Sequence[Item], progress: Progress = _silent) -> Steps[dict[Item
 
 
 def apply(values: Mapping[Item, int], progress: Progress = _silent) -> Steps[list[Failure]]:
-    """Set all values, divisors before what depends on them; a refusal does not end it."""
-    failures: list[Failure] = []
-    for done, (item, number) in enumerate(in_order(values.items()), 1):
-        try:
-            yield from settle(item.to(number), item.read)
-        except RefusedError as error:
-            failures.append(Failure(item, str(error)))
-        progress(done, len(values))
-    return failures
+    """Set all values, divisors before what depends on them; a refusal does not end it.
+
+    Raises `ReplyError` or `LinkError`, which say how many values are set.
+    """
+    steps = {item: settle(item.to(number), item.read) for item, number in in_order(values.items())}
+    return (yield from _each(steps, "set", progress))
 
 
 def store(items: Iterable[Item], progress: Progress = _silent) -> Steps[list[Failure]]:
-    """Copy the values in use to the EEPROM, each command sent until it is acknowledged."""
+    """Copy the values in use to the EEPROM, each command sent until it is acknowledged.
+
+    Raises `ReplyError` or `LinkError`, which say how many values are stored.
+    """
     commands = {item.store: item for item in items if item.store is not None}
+    steps = {item: insist(command) for command, item in commands.items()}
+    return (yield from _each(steps, "stored", progress))
+
+
+def _each(items: Mapping[Item, Steps[object]], what: str, progress: Progress) -> Steps[list[Failure]]:
+    """Do the steps of all items; returns what the module refused."""
     failures: list[Failure] = []
-    for done, (command, item) in enumerate(commands.items(), 1):
-        try:
-            yield from insist(command)
-        except RefusedError as error:
-            failures.append(Failure(item, str(error)))
-        progress(done, len(commands))
+    done = 0
+    with unfinished(lambda: f"{done - len(failures)} of {len(items)} values are {what}, the others are not"):
+        for item, steps in items.items():
+            try:
+                yield from steps
+            except RefusedError as error:
+                failures.append(Failure(item, str(error)))
+            done += 1
+            progress(done, len(items))
     return failures
 
 

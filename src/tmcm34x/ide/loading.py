@@ -107,15 +107,12 @@ class Loading:
         """Store a program and read it back."""
         self.busy, self._abort, self._loaded = True, False, ()
         self._hush(True)
-        done = 0
 
-        def progress(now: int, total: int) -> None:
-            nonlocal done
-            done = min(now, len(instructions))
+        def progress(done: int, total: int) -> None:
             if self._abort:
-                raise wire.RefusalError("aborted", _broken_off("STOP ALL", done))
-            if now % _EACH == 0:
-                self._tell(wire.Progress("Downloading", now, total))
+                raise wire.RefusalError("aborted", _aborted(min(done, len(instructions))))
+            if done % _EACH == 0:
+                self._tell(wire.Progress("Downloading", done, total))
 
         try:
             await run(self._target.ask, program.download(instructions, progress=progress, tell=self._say))
@@ -124,7 +121,7 @@ class Loading:
                 "verify", f"The program is not stored as it should be: {error}."
             ) from error
         except HostError as error:
-            raise wire.RefusalError("module", _broken_off(str(error), done)) from error
+            raise wire.RefusalError("module", f"The download was broken off: {error}.") from error
         finally:
             self.busy = False
             self._hush(False)
@@ -186,8 +183,8 @@ def _is_command(instruction: Instruction) -> bool:
     return instruction.number not in program.NO_COMMANDS
 
 
-def _broken_off(why: str, done: int) -> str:
-    gone = (
-        "The program that was in the module is gone" if done else "The program in the module was not changed"
+def _aborted(done: int) -> str:
+    return (
+        f"The download was broken off (STOP ALL). The program that was in the module is gone; {done} instructions were "
+        "stored."
     )
-    return f"The download was broken off ({why.rstrip('.')}). {gone}; {done} instructions were stored."

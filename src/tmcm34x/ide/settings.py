@@ -48,18 +48,14 @@ async def import_settings(
         raise wire.RefusalError("confirm", f"{text}: what both have is set, the rest is left out.")
     for name in found.skipped:
         tell(wire.Output("information", f"Not imported: {name}"))
-    done = 0
 
-    def progress(now: int, total: int) -> None:
-        nonlocal done
-        done = now
-        tell(wire.Progress("Importing", now, total))
+    def progress(done: int, total: int) -> None:
+        tell(wire.Progress("Importing", done, total))
 
     try:
         failures = await run(exchange, settings.apply(found.values, progress))
     except HostError as error:
-        text = f"The import is not complete: {done} of {len(found.values)} settings are set: {error}."
-        raise wire.RefusalError("module", text) from error
+        raise wire.RefusalError("module", f"The import is not complete: {error}.") from error
     finally:
         tell(wire.Progress("", 1, 1))
     return wire.Imported(len(found.values), [f"{failure.item.path}: {failure.why}" for failure in failures])

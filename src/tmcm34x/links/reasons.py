@@ -14,5 +14,9 @@ def reason(error: Exception) -> str:
 
 def port_reason(error: Exception) -> str:
     """`reason` for a serial port, of which another program may have exclusive use."""
-    in_use = getattr(error, "errno", None) in {errno.EAGAIN, errno.EBUSY}
-    return "another program is using it" if in_use else reason(error)
+    return "another program is using it" if is_in_use(error) else reason(error)
+
+
+def is_in_use(error: Exception) -> bool:
+    """Whether another program has exclusive use of a port, or has read what this one was to read."""
+    return getattr(error, "errno", None) in {errno.EAGAIN, errno.EBUSY}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 
@@ -14,6 +14,7 @@ from tmcm34x.cli.host.common import (
     FILE,
     REFUSED,
     confirm,
+    dry_run_option,
     host_errors,
     json_option,
     opened,
@@ -59,7 +60,8 @@ def backup(file: Path, in_use_only: bool, url: str | None, yes: bool) -> int:
     """Save everything that the module keeps in FILE: TOML, for version control.
 
     Settings in use and stored ones apart, user variables, coordinates, driver chain, microstep table and the program.
-    The exit status is 1, and the first line of FILE says so, where something could not be read.
+    The exit status is 1, and the first line of FILE says so, where something could not be read. A FILE with a complete
+    backup is then left alone, and the new one goes beside it.
     """
     with opened(url) as connection:
         if not in_use_only:
@@ -67,8 +69,24 @@ def backup(file: Path, in_use_only: bool, url: str | None, yes: bool) -> int:
         found = _read(connection, "backing up", stored=not in_use_only)
     from tmcm34x.host.backup import to_text
 
-    save(file, to_text(found))
-    return _say_complete(file, found)
+    target = _beside(file) if not found.complete and _is_complete(file) else file
+    save(target, to_text(found))
+    if target != file:
+        click.echo(f"{file}: holds a complete backup, and is left as it is")
+    return _say_complete(target, found)
+
+
+def _is_complete(file: Path) -> bool:
+    """Whether a file holds a backup from which nothing is missing."""
+    try:
+        return file.read_bytes().startswith(b"# Complete backup")
+    except OSError:
+        return False
+
+
+def _beside(file: Path) -> Path:
+    """The name of an incomplete backup beside a complete one."""
+    return file.with_name(f"{file.stem}-incomplete{file.suffix}")
 
 
 def _say_complete(file: Path, found: Backup) -> int:
@@ -85,9 +103,12 @@ def _say_complete(file: Path, found: Backup) -> int:
 @click.argument("file", type=FILE)
 @keep_address_option
 @other_model_option
+@dry_run_option
 @port_option
 @yes_option
-def restore(file: Path, keep_address: bool, other_model: bool, url: str | None, yes: bool) -> int:
+def restore(
+    *, file: Path, keep_address: bool, other_model: bool, dry_run: bool, url: str | None, yes: bool
+) -> int:
     """Bring the backup in FILE back into the module, and read everything back.
 
     The differences are shown first. The exit status is 1 where the module is not equal afterwards, 4 where it refused a
@@ -98,7 +119,7 @@ def restore(file: Path, keep_address: bool, other_model: bool, url: str | None, 
     with host_errors():
         wanted = from_text(read_text(file), str(file))
     with opened(url) as connection:
-        return _restore(connection, wanted, keep_address, other_model, yes)
+        return _restore(connection, wanted, _How(keep_address, other_model, dry_run, yes))
 
 
 @click.command()
@@ -106,15 +127,22 @@ def restore(file: Path, keep_address: bool, other_model: bool, url: str | None, 
 @click.argument("target", metavar="TO")
 @keep_address_option
 @other_model_option
+@dry_run_option
 @yes_option
-def clone(source: str, target: str, keep_address: bool, other_model: bool, yes: bool) -> int:
-    """Make the module TO equal to FROM, a backup or another module, each named as with --port."""
+def clone(
+    *, source: str, target: str, keep_address: bool, other_model: bool, dry_run: bool, yes: bool
+) -> int:
+    """Make the module TO equal to FROM, a backup or another module, each named as with --port.
+
+    It is `backup` and `restore` in one: the differences are shown first, and everything is read back. The exit status
+    is 1 where the module is not equal afterwards, 4 where it refused a value.
+    """
     _check_line(source, target, keep_address)
     wanted = _load(source, yes)
     if wanted.not_read:
         raise CliError(f"{source}: the backup is not complete: {wanted.not_read[0]}; nothing is written")
     with opened(target) as connection:
-        return _restore(connection, wanted, keep_address, other_model, yes)
+        return _restore(connection, wanted, _How(keep_address, other_model, dry_run, yes))
 
 
 def _check_line(source: str, target: str, keep_address: bool) -> None:
@@ -157,8 +185,9 @@ def compare(left: str, right: str, as_json: bool, yes: bool) -> int:
 
 
 def is_port(name: str) -> bool:
-    """Whether a name is a module's rather than a file's."""
-    return _PORT.search(name) is not None and not Path(name).is_file()
+    """Whether a name is a module's rather than a file's; a link to a pseudo terminal may have any name."""
+    path = Path(name)
+    return path.is_char_device() or (_PORT.search(name) is not None and not path.is_file())
 
 
 def _load(name: str, yes: bool) -> Backup:
@@ -182,17 +211,23 @@ def _read(connection: Connection, label: str, *, stored: bool = True) -> Backup:
     return found
 
 
-def _restore(connection: Connection, wanted: Backup, keep_address: bool, other_model: bool, yes: bool) -> int:
+class _How(NamedTuple):
+    """The options of `restore` and `clone`."""
+
+    keep_address: bool
+    other_model: bool
+    dry_run: bool
+    yes: bool
+
+
+def _restore(connection: Connection, wanted: Backup, how: _How) -> int:
     from tmcm34x.host import restore as restores
     from tmcm34x.host.items import COMMUNICATION
 
-    keep = COMMUNICATION if keep_address else ()
+    keep = COMMUNICATION if how.keep_address else ()
+    confirm(connection, _RECALL, how.yes)
     present = _read(connection, "reading the module")
-    if present.model != wanted.model and not other_model:
-        raise CliError(
-            f"the backup is of a TMCM-{wanted.model}, and the module is a TMCM-{present.model}; "
-            "give --other-model to take it"
-        )
+    wanted = _fitting(wanted, present.model, how.other_model)
     plan = restores.plan(wanted, present, keep)
     if not plan.differences:
         click.echo("equal already: nothing is written")
@@ -200,12 +235,31 @@ def _restore(connection: Connection, wanted: Backup, keep_address: bool, other_m
     _show(plan.differences, "backup", "module")
     for line in plan.warnings:
         click.echo(line)
-    confirm(connection, f"{len(plan.differences)} differences are written, with the EEPROM", yes)
+    if how.dry_run:
+        click.echo(f"{len(plan.differences)} differences; nothing is written")
+        return 1
+    confirm(connection, f"{len(plan.differences)} differences are written, with the EEPROM", how.yes)
     with progress("restoring") as show:
         failures = connection.run(restores.restore(wanted, present, keep, show))
     for failure in failures:
         click.echo(f"{failure.item.path}: {failure.why}", err=True)
     return _say_equal(restores.unequal(wanted, _read(connection, "reading back"), keep), failures)
+
+
+def _fitting(wanted: Backup, model: int, other_model: bool) -> Backup:
+    """What of a backup the model takes.  Raises `CliError` where it is of another one and the user has not said so."""
+    from tmcm34x.host.restore import for_model
+
+    if model == wanted.model:
+        return wanted
+    if not other_model:
+        raise CliError(
+            f"the backup is of a TMCM-{wanted.model}, and the module is a TMCM-{model}; "
+            "give --other-model to take what this model has too"
+        )
+    wanted, left_out = for_model(wanted, model)
+    click.echo(f"left out, because a TMCM-{model} has other drivers: {', '.join(left_out)}")
+    return wanted
 
 
 def _say_equal(unequal: Sequence[Difference], failures: Sequence[Any]) -> int:

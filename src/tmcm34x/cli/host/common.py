@@ -21,11 +21,30 @@ ENVIRONMENT: Final = "TMCM34X_PORT"
 NO_REPLY: Final = 3
 REFUSED: Final = 4
 
+
+def complete_port(_: click.Context, __: click.Parameter, incomplete: str) -> list[str]:
+    """What a URL may begin with: the serial ports of this computer, and the other kinds of lines."""
+    from tmcm34x.host.scan import serial_ports
+
+    known = (
+        *serial_ports(),
+        "serial:",
+        "tcp:",
+        "can:",
+        "slcan:",
+        "virtual:341",
+        "virtual:342",
+        "virtual:343",
+    )
+    return [name for name in known if name.startswith(incomplete)]
+
+
 port_option = click.option(
     "--port",
     "url",
     metavar="URL",
     envvar=ENVIRONMENT,
+    shell_complete=complete_port,
     help="The module, such as serial:/dev/ttyUSB0?baud=9600&address=1, tcp:HOST:PORT, can:socketcan:can0?id=1&reply=2, "
     f"slcan:/dev/ttyACM0?id=1, virtual:343; by default the environment variable {ENVIRONMENT}.",
 )
@@ -35,6 +54,11 @@ other_model_option = click.option(
     "--other-model",
     is_flag=True,
     help="Take a file of another model; what this one does not have is left out.",
+)
+dry_run_option = click.option(
+    "--dry-run",
+    is_flag=True,
+    help="Only show what is different: write nothing, and exit with 1 where something would be written.",
 )
 FILE: Final = click.Path(dir_okay=False, path_type=Path)
 

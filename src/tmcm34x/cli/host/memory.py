@@ -10,6 +10,7 @@ import click
 from tmcm34x.cli.host.common import (
     FILE,
     confirm,
+    dry_run_option,
     opened,
     port_option,
     progress,
@@ -19,7 +20,10 @@ from tmcm34x.cli.host.common import (
 from tmcm34x.cli.source_files import append_stop_option, include_option, is_hex, read_program, write
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from tmcm34x.host.connection import Connection
+    from tmcm34x.tmcl.datagram import Instruction
 
 
 @click.command()
@@ -28,6 +32,7 @@ if TYPE_CHECKING:
 @click.option("--no-verify", is_flag=True, help="Do not read the program back.")
 @include_option
 @append_stop_option
+@dry_run_option
 @port_option
 @yes_option
 def download(
@@ -37,6 +42,7 @@ def download(
     no_verify: bool,
     include_path: tuple[Path, ...],
     append_stop: bool,
+    dry_run: bool,
     url: str | None,
     yes: bool,
 ) -> int:
@@ -50,6 +56,8 @@ def download(
     with opened(url) as connection:
         model, _ = connection.run(identify())
         instructions = read_program(file, include_path, append_stop=append_stop, model=model)
+        if dry_run:
+            return _show_differing(connection, instructions)
         confirm(connection, _what(connection, len(instructions), run), yes)
         with progress("downloading") as show:
             connection.run(
@@ -66,6 +74,20 @@ def download(
             connection.run(program.restart())
             click.echo("program started")
     return 0
+
+
+def _show_differing(connection: Connection, instructions: Sequence[Instruction]) -> int:
+    """What a download would change."""
+    from tmcm34x.host import program
+
+    with progress("comparing") as show:
+        count = connection.run(program.differing(instructions, progress=show))
+    show_retries(connection)
+    if not count:
+        click.echo(f"the module holds these {len(instructions)} instructions already")
+        return 0
+    click.echo(f"{count} of {len(instructions)} instructions differ; nothing is written")
+    return 1
 
 
 def _what(connection: Connection, size: int, run: bool) -> str:

@@ -154,8 +154,16 @@ def _table(title: str, found: Sample) -> Any:
         table.add_row(name.replace("_", " "), *(cells[name, motor] for motor in motors))
     for column, reading in found.readings.items():
         if column.motor is None:
-            table.add_row(column.name.replace("_", " "), _cell(reading))
+            table.add_row(column.name.replace("_", " "), _state(column.name, _cell(reading)))
     return table
+
+
+def _state(name: str, cell: str) -> str:
+    """What the program does, in the word of the table of global parameters; any other cell as it is."""
+    from tmcm34x.tmcl.global_parameters import BY_KEY
+
+    row = BY_KEY.get(name)
+    return cell if row is None else {str(number): word for number, word in row.choices}.get(cell, cell)
 
 
 def _plots(found: Sample, histories: dict[int, deque[int | None]]) -> Iterator[str]:

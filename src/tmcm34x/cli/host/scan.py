@@ -7,11 +7,11 @@ from contextlib import closing
 import click
 
 from tmcm34x.cli import CliError
-from tmcm34x.cli.host.common import host_errors, json_option, print_json, progress
+from tmcm34x.cli.host.common import complete_port, host_errors, json_option, print_json, progress
 
 
 @click.command()
-@click.argument("ports", nargs=-1, metavar="PORT...")
+@click.argument("ports", nargs=-1, metavar="[PORT]...", shell_complete=complete_port)
 @click.option(
     "--baud", "bauds", multiple=True, type=int, help="Only this bit rate; may be given several times."
 )

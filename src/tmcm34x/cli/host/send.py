@@ -26,6 +26,7 @@ from tmcm34x.cli.host.common import (
 
 if TYPE_CHECKING:
     from tmcm34x.host.connection import Connection
+    from tmcm34x.host.exceptions import HostError
     from tmcm34x.tmcl.datagram import Instruction
 
 _EXAMPLES = """\b
@@ -37,7 +38,7 @@ Examples:
 
 
 @click.command(epilog=_EXAMPLES)
-@click.argument("lines", nargs=-1, metavar="COMMAND...")
+@click.argument("lines", nargs=-1, metavar="[COMMAND]...")
 @click.option("--file", type=FILE, metavar="FILE", help="Take the commands from a file, one a line.")
 @click.option("--hex", "as_hex", is_flag=True, help="Show the bytes of requests and replies too.")
 @port_option
@@ -54,11 +55,13 @@ def command(
     instructions = _parse(lines or _lines(file))
     with opened(url) as connection:
         _ask(connection, instructions, yes)
-        results = [_send(connection, instruction, as_hex and not as_json) for instruction in instructions]
+        results, failure = _send_all(connection, instructions, as_hex, as_json)
         if as_json:
-            print_json([{key: value for key, value in result.items() if key != "line"} for result in results])
+            print_json(results)
         else:
             show_retries(connection)
+        if failure is not None:
+            raise failure
     return max((result["exit"] for result in results), default=0)
 
 
@@ -92,33 +95,59 @@ def _ask(connection: Connection, instructions: Sequence[Instruction], yes: bool)
         confirm(connection, f"{what}{'; ...' if len(acting) > 3 else ''}", yes)
 
 
-def _send(connection: Connection, instruction: Instruction, as_hex: bool) -> dict[str, Any]:
-    from tmcm34x.host.exceptions import ReplyError
-    from tmcm34x.host.steps import FACTORY_RESET
+def _send_all(
+    connection: Connection, instructions: Sequence[Instruction], as_hex: bool, as_json: bool
+) -> tuple[list[dict[str, Any]], HostError | None]:
+    """What each command gave, up to the first without a reply, and why there was none."""
+    from tmcm34x.host.exceptions import HostError
+
+    results: list[dict[str, Any]] = []
+    for instruction in instructions:
+        result = _row(connection, instruction)
+        results.append(result)
+        try:
+            result |= _send(connection, instruction)
+        except HostError as error:
+            result |= {"exit": NO_REPLY, "error": str(error)}
+            return results, error
+        if not as_json:
+            _show(result, as_hex)
+    return results, None
+
+
+def _row(connection: Connection, instruction: Instruction) -> dict[str, Any]:
+    """A command before it is sent."""
     from tmcm34x.tmcl.datagram import pack_request
     from tmcm34x.tmcl.mnemonic import format_instruction
 
-    text = format_instruction(instruction)
     sent = pack_request(connection.address, instruction).hex(" ")
-    result: dict[str, Any] = {"command": text, "sent": sent, "received": None, "status": None, "value": None}
+    text = format_instruction(instruction)
+    return {"command": text, "sent": sent, "received": None, "status": None, "value": None}
+
+
+def _send(connection: Connection, instruction: Instruction) -> dict[str, Any]:
+    """What a command gave.  Raises `HostError` without a reply."""
+    from tmcm34x.host.steps import FACTORY_RESET
+
     if instruction.number == FACTORY_RESET:
         connection.send(instruction)
-        click.echo(f"{text}: sent; this command is never replied to")
-        return {**result, "exit": 0}
-    try:
-        answer = connection.ask(instruction)
-    except ReplyError as error:
-        click.echo(f"{error}", err=True)
-        raise click.exceptions.Exit(NO_REPLY) from error
-    result |= {"received": answer.telegram.hex(" "), "status": answer.status, "value": answer.value}
-    result |= {"text": answer.text} if answer.text else {}
-    result["exit"] = 0 if answer.status == 100 else REFUSED
+        return {"text": "sent; this command is never replied to", "exit": 0}
+    answer = connection.ask(instruction)
+    return {
+        "received": answer.telegram.hex(" "),
+        "status": answer.status,
+        "value": answer.value,
+        "text": reply_text(instruction, answer),
+        "exit": 0 if answer.status == 100 else REFUSED,
+    }
+
+
+def _show(result: dict[str, Any], as_hex: bool) -> None:
     if as_hex:
-        click.echo(f"> {sent}\n< {answer.telegram.hex(' ')}")
-    context = click.get_current_context()
-    if not context.params["as_json"]:
-        click.echo(f"{text}: {reply_text(instruction, answer)}")
-    return result
+        click.echo(f"> {result['sent']}")
+    if as_hex and result["received"]:
+        click.echo(f"< {result['received']}")
+    click.echo(f"{result['command']}: {result['text']}")
 
 
 def reply_text(instruction: Instruction, answer: Any) -> str:
