@@ -14,7 +14,9 @@ from websockets.sync.client import connect
 
 from ide.page.driver import PROGRAM, Ide, OpenIde
 
-expect.set_options(timeout=10_000)
+# Long: a slow machine is no failure; what is there is seen at once.
+PATIENCE_MS = 30_000
+expect.set_options(timeout=PATIENCE_MS)
 FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync",
@@ -97,7 +99,7 @@ def window(chromium: Browser) -> Iterator[Callable[[str], Page]]:
 
     def show(url: str) -> Page:
         page = context.new_page()
-        page.set_default_timeout(10_000)
+        page.set_default_timeout(PATIENCE_MS)
         page.on("pageerror", lambda error: troubles.append(str(error)))
         page.on("request", lambda request: foreign.append(request.url) if not _local(request.url) else None)
         page.goto(url)

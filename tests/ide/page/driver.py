@@ -63,7 +63,7 @@ def figure(page: Page, motor: int, name: str) -> int:
     return int(text.replace("\u2009", "").replace("\u2212", "-"))
 
 
-def until(page: Page, holds: Callable[[], bool], tries: int = 200) -> None:
+def until(page: Page, holds: Callable[[], bool], tries: int = 1200) -> None:
     """Wait for something that no locator can see."""
     for _ in range(tries):
         if holds():

@@ -41,7 +41,7 @@ def test_a_condition_a_plot_an_export_and_the_traffic_of_a_host(tmp_path: Path, 
         page.get_by_role("button", name="Run", exact=True).click()
         expect(page.locator(".cm-line.execution.held")).to_contain_text("JA Round")
         assert host.execute(parse_instruction("GGP 7, 2")).value == 3
-        assert figure(page, 0, "position") == 0
+        until(page, lambda: figure(page, 0, "position") == 0)
 
         page.get_by_role("button", name="Export").click()
         with page.expect_download() as started:

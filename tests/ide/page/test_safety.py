@@ -357,7 +357,7 @@ def test_what_another_host_changes_shows_soon(stage: Stage):
     expect(field).to_have_value("1000")
     observer.execute(parse_instruction("SAP 4, 1, 777"))
     # Far below the 15 s of a page that is not looked at.
-    expect(field).to_have_value("777", timeout=5000)
+    expect(field).to_have_value("777", timeout=10_000)
 
 
 def test_a_changed_divisor_changes_the_speed_in_turns_at_once(stage: Stage):
