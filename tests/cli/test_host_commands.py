@@ -307,6 +307,14 @@ def test_settings_go_out_and_in(port, tmp_path):
     assert tmcm34x("settings", "diff", tmp_path / "s.tmc", port=port).exit_code == 0
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_settings_of_the_vendors_tool_are_read_in_any_encoding(encoding, port, tmp_path):
+    text = "//=== module settings for axis 0 ===\r\nSAP 4, 0, 777\t// top speed [\u00b5steps/s]\r\n"
+    (tmp_path / "export.tmc").write_bytes(text.encode(encoding))
+    result = tmcm34x("settings", "load", tmp_path / "export.tmc", "--yes", port=port)
+    assert (result.exit_code, result.output) == (0, "1 of 1 values set\n")
+
+
 def test_settings_that_are_refused_are_status_4(port, tmp_path):
     (tmp_path / "s.toml").write_text("[module]\nauto_start = 1\n")
     tmcm34x("send", "--yes", "SGP eeprom_lock, 0, 1234", port=port)
@@ -505,7 +513,7 @@ def test_a_disk_that_is_full_loses_no_old_backup(tmp_path, monkeypatch):
 def test_files_that_cannot_be_used_are_one_line_and_status_2(arguments, tmp_path):
     for name, text, message in (
         ("missing.toml", None, "No such file or directory"),
-        ("binary.toml", b"\xff\xfe\x00", "not a text in UTF-8"),
+        ("binary.toml", b"\xff\xfe\x00", "not UTF-16-LE at byte 2, as its byte order mark says"),
         ("wrong.toml", b"[axis.0]\nmax_speed = 'x'\n", "wrong.toml:"),
         ("syntax.toml", b"# x\n[axis.0\n", "syntax.toml:2: not TOML"),
     ):

@@ -12,6 +12,8 @@ from tmcm34x.host.items import COMMUNICATION, GUARDED, settings_items
 from tmcm34x.host.reading import Absent, Refused, Silent, Value
 from tmcm34x.host.settings import from_text, to_tmcl, to_toml
 from tmcm34x.tmcl.global_parameters import BY_KEY
+from tmcm34x.toolchain.assembler import assemble
+from tmcm34x.toolchain.linter import lint
 
 VERSION = "343V4.36"
 
@@ -40,6 +42,19 @@ def test_the_tmcl_form_looks_like_the_vendors_export():
     assert text.startswith("// Settings of a TMCM-343, firmware 343V4.36\n")
     assert "//=== module settings for axis 2 ===" in text
     assert "SAP 4, 2, 1             \t// maximum positioning speed [velocity units]" in text
+
+
+def test_divisors_come_before_what_they_are_the_unit_of():
+    text = to_tmcl(343, VERSION, dict.fromkeys(settings_items(343), Value(1)))
+    assert "W312" not in {item.code for item in lint(assemble(text))}
+
+
+def test_an_export_of_the_vendor_begins_with_a_heading_or_a_command():
+    for head in ("//=== module settings for axis 0 ===\n", "SAP 5, 0, 9 // a = 9\n"):
+        found = from_text(head + "SAP 4, 0, 500\t// maximum speed [int]\nSAP 181, 0, 5\n", 343)
+        assert ("axis.0.max_speed", 500) in [(item.path, number) for item, number in found.values.items()]
+        assert found.skipped == ["SAP 181, 0, 5"]
+    assert from_text("Fast = 900\nSAP 4, 0, Fast\n", 343, "export.TMC").values
 
 
 def test_what_could_cut_the_line_or_wipe_the_program_is_left_alone_both_ways():

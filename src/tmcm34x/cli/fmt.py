@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from tmcm34x.cli.source_files import is_standard_input, read_source, sources, write
+from tmcm34x.cli.source_files import each, is_standard_input, read_source, sources, write
 from tmcm34x.toolchain.encoding import encode
 from tmcm34x.toolchain.formatter import format_source, lexical_mistake
 
@@ -18,25 +18,28 @@ from tmcm34x.toolchain.formatter import format_source, lexical_mistake
 def command(files: tuple[Path, ...], check: bool) -> int:
     """Lay TMCL sources out in columns: labels, mnemonics, operands, comments.
 
-    FILE may be a folder, for all sources in it, or - for standard input, which goes to standard output.
+    FILE may be a folder, for all .tmc and .tmcl files in it, or - for standard input, which goes to standard output.
 
     A file keeps its encoding and line ends. One that holds words or characters which the language does not have is
     left as it is, with exit status 1: it may not be TMCL at all.
     """
-    status = 0
-    for path in sources(files):
-        text, encoding = read_source(path)
-        line = lexical_mistake(text)
-        formatted = text if line is not None else format_source(text)
-        if line is not None:
-            click.echo(f"{path}:{line}: left as it is: not TMCL here; see tmcm34x lint", err=True)
-            status = 1
-        elif formatted != text and check:
-            click.echo(f"{path}: not in columns", err=True)
-            status = 1
-        elif is_standard_input(path):
-            sys.stdout.buffer.write(encode(formatted, encoding))
-        elif formatted != text:
-            write(path, encode(formatted, encoding))
-            click.echo(f"{path}: formatted")
-    return status
+    return each(sources(files), lambda path: _format(path, check=check))
+
+
+def _format(path: Path, *, check: bool) -> int:
+    """Lay one file out; the exit status."""
+    text, encoding = read_source(path)
+    line = lexical_mistake(text)
+    if line is not None:
+        click.echo(f"{path}:{line}: left as it is: not TMCL here; see tmcm34x lint", err=True)
+        return 1
+    formatted = format_source(text)
+    if formatted != text and check:
+        click.echo(f"{path}: not in columns", err=True)
+        return 1
+    if is_standard_input(path) and not check:
+        sys.stdout.buffer.write(encode(formatted, encoding))
+    elif formatted != text:
+        write(path, encode(formatted, encoding))
+        click.echo(f"{path}: formatted")
+    return 0

@@ -11,6 +11,7 @@ from tmcm34x.cli import CliError
 from tmcm34x.cli.source_files import (
     append_stop_option,
     assemble_file,
+    each,
     include_option,
     model_option,
     print_diagnostics,
@@ -65,20 +66,23 @@ def command(
 ) -> int:
     """Point out likely mistakes in TMCL programs.
 
-    FILE may be a folder, for all sources in it, or - for standard input. Errors, warnings and information go to
-    standard error; the exit status is 1 when there are errors or warnings. A comment `// lint: ignore W101` suppresses
-    a rule on its line, `// lint: off W101` in its program. A file that another one in its folder includes is judged
-    as a part of that program.
+    FILE may be a folder, for all .tmc and .tmcl files in it, or - for standard input. Errors, warnings and information
+    go to standard error; the exit status is 1 when there are errors or warnings. A comment `// lint: ignore W101`
+    suppresses a rule on its line, `// lint: off W101` in its program. A file that another one in its folder includes
+    is judged as a part of that program.
     """
     rules = (linter.DEFAULT | frozenset(on)) - frozenset(off)
-    severities: set[str] = set()
-    for path in sources(files):
+    shown: set[Diagnostic] = set()
+
+    def show(path: Path) -> int:
         assembly, found = _judge(path, include_path, rules, append_stop=append_stop, model=int(model))
-        print_diagnostics(found, assembly.sources)
-        severities.update(item.severity for item in found)
+        print_diagnostics((item for item in found if item not in shown), assembly.sources)
+        shown.update(found)
         if show_map:
             _print_map(assembly)
-    return 1 if severities - {"information"} else 0
+        return int(any(item.severity != "information" for item in found))
+
+    return each(sources(files), show)
 
 
 def _judge(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -56,6 +56,18 @@ def sources(paths: Iterable[Path]) -> Iterator[Path]:
         if not found:
             raise CliError(f"{path}: no TMCL sources in this folder ({', '.join(sorted(PROGRAM_SUFFIXES))})")
         yield from found
+
+
+def each(paths: Iterable[Path], action: Callable[[Path], int]) -> int:
+    """The greatest exit status of an action on files; one that cannot be read does not keep it from the others."""
+    status = 0
+    for path in paths:
+        try:
+            status = max(status, action(path))
+        except CliError as error:
+            click.echo(f"{click.get_current_context().command_path}: {error.format_message()}", err=True)
+            status = max(status, error.exit_code)
+    return status
 
 
 def is_folder(path: Path) -> bool:

@@ -128,11 +128,9 @@ def to_tmcl(model: int, version: str, readings: Readings) -> str:
 
 
 def _tmcl_lines(readings: Readings, name: str, *, only_set: bool = False) -> list[str]:
-    return [
-        _tmcl_line(item, found.value)
-        for item, found in readings.items()
-        if item.table == name and isinstance(found, Value) and (found.value or not only_set)
-    ]
+    values = ((item, found.value) for item, found in readings.items() if isinstance(found, Value))
+    chosen = ((item, number) for item, number in values if item.table == name and (number or not only_set))
+    return [_tmcl_line(item, number) for item, number in in_order(chosen)]
 
 
 def _tmcl_line(item: Item, number: int) -> str:
@@ -180,7 +178,7 @@ def _missing(readings: Readings, comment: str) -> list[str]:
 def from_text(text: str, model: int, path: str = "settings") -> Settings:
     """What a text of `to_tmcl` or `to_toml` sets, as far as the model has it.  Raises `FileError`."""
     head = next((line for line in text.splitlines() if line.strip()), "")
-    toml = head.startswith(("#", "[")) or ("=" in head and not head.startswith("//"))
+    toml = not path.lower().endswith(".tmc") and _TOML.match(head) is not None
     found = _from_toml(Document(text, path), model) if toml else _from_tmcl(text, model, path)
     if not found.values:
         raise FileError(path, 0, "there are no settings in it")
@@ -215,6 +213,8 @@ def _from_tmcl(text: str, model: int, path: str) -> Settings:
     return Settings(values, int(said[1]) if said else None, skipped)
 
 
+_TOML: Final = re.compile(r"\s*(?:[#\[]|[\w.\"-]+\s*=)")
+"""How the first line of a TOML text begins; no line of TMCL source with settings does."""
 _SAID: Final = re.compile(r"\A\s*//.* of a TMCM-(34[123]),")
 
 

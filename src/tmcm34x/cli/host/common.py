@@ -171,12 +171,14 @@ def save(path: Path, text: str) -> None:
 
 
 def read_text(path: Path) -> str:
-    """The text of a file.  Raises `CliError`."""
+    """The text of a file, in any encoding that sources may have.  Raises `CliError`."""
     from tmcm34x import files
+    from tmcm34x.toolchain.encoding import EncodingError, decode
 
     try:
-        return files.read_text(path)
+        text, _ = decode(files.read_bytes(path))
     except OSError as error:
         raise CliError(f"{path}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise CliError(f"{path}: not a text in UTF-8") from error
+    except EncodingError as error:
+        raise CliError(f"{path}: {error}") from error
+    return text.replace("\r\n", "\n").replace("\r", "\n")

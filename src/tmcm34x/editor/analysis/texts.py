@@ -27,7 +27,8 @@ def command_text(mnemonic: str) -> str:
     if row is None:
         number = SISTER_COMMANDS.get(name)
         return f"**{name}**: command {number} of other TMCL firmware, not on a TMCM-34x" if number else ""
-    reads = " A program gets the value into the accumulator." if "reads" in row.where else ""
+    named = "reads" not in row.where or "accumulator" in row.meaning
+    reads = "" if named else " In a program the value goes to the accumulator."
     return f"`{row.syntax}`\n\n**{row.title}**. {row.meaning}{reads}\n\nCommand {row.number}, manual {row.section}"
 
 

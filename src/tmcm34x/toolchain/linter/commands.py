@@ -177,7 +177,10 @@ def _number(name: str, instruction: Instruction, operand: Operand, _model: int) 
         low, high = 0, 1
     elif name == "MVP":
         low, high = _MOVES[instruction.type]
-    yield from _range("W307", instruction, (low, high), f"the {operand.name} of {name}", operand.field)
+    what = (
+        "the coordinate" if name == "MVP" and instruction.type == _COORD else f"the {operand.name} of {name}"
+    )
+    yield from _range("W307", instruction, (low, high), what, operand.field)
 
 
 def _coordinate(_name: str, instruction: Instruction, operand: Operand, _model: int) -> _Verdicts:

@@ -23,7 +23,12 @@ _TURNS: Final = frozenset({COMMAND.ROR, COMMAND.ROL, COMMAND.MST})
 _SETS: Final = frozenset({COMMAND.SAP, COMMAND.AAP})
 _LIMITS: Final = (AP.MAX_SPEED, AP.MAX_ACCELERATION)
 """What is 0 of a motor that never arrives."""
-_DIVISORS: Final = frozenset({AP.RAMP_DIVISOR, AP.PULSE_DIVISOR})
+_DIVIDED: Final = {
+    AP.RAMP_DIVISOR: (AP.MAX_ACCELERATION,),
+    AP.PULSE_DIVISOR: (AP.MAX_SPEED, AP.MAX_ACCELERATION),
+}
+"""What each divisor is the unit of."""
+_NAMES: Final = {AP.MAX_SPEED: "speed", AP.MAX_ACCELERATION: "acceleration"}
 
 
 def _motors(instruction: Instruction) -> Iterator[int]:
@@ -72,16 +77,19 @@ def still(found: Findings, _flow: Flow, program: Numbered) -> None:
 
 
 def divisors(found: Findings, _flow: Flow, program: Numbered) -> None:
-    """A divisor set after the acceleration (W312)."""
+    """A divisor set after what it is the unit of (W312)."""
     places: dict[tuple[int, int], list[int]] = {}
     for address, (number, type_, motor, _) in program:
         if number in _SETS:
             places.setdefault((type_, motor), []).append(address)
     for address, (number, type_, motor, _) in program:
-        acceleration = places.get((AP.MAX_ACCELERATION, motor), [address])
-        if number == COMMAND.SAP and type_ in _DIVISORS and acceleration[-1] < address:
+        if number != COMMAND.SAP or type_ not in _DIVIDED:
+            continue
+        before = [(p, places[p, motor]) for p in _DIVIDED[type_] if (p, motor) in places]
+        late = [f"{_NAMES[p]} (address {where[0]})" for p, where in before if where[-1] < address]
+        if late:
             name = axis_parameters.BY_NUMBER[type_].name
-            text = f"the {name} is set after the acceleration of motor {motor} (address {acceleration[0]})"
+            text = f"the {name} of motor {motor} is set after its {' and '.join(late)}"
             found.report("W312", found.assembly.code[address].location, text)
 
 

@@ -288,9 +288,9 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
         "        STOP\n",
     ),
     "W312": Rule(
-        "warning", "a divisor set after the acceleration",
-        "The unit of the acceleration (5) depends on the divisors 153 and 154, and older firmware computes the "
-        "ramp when 5 is set. Set the divisors first.",
+        "warning", "a divisor set after the speed or the acceleration",
+        "The unit of the speed (4) depends on the pulse divisor (154), that of the acceleration (5) on both divisors "
+        "(153, 154), and older firmware computes the ramp when 5 is set. Set the divisors first.",
         "        SAP   5, 0, 200\n"
         "        SAP   154, 0, 5\n"
         "        STOP\n",

@@ -114,12 +114,20 @@ def _twice(found: Findings, _flow: Flow, program: Numbered) -> None:
             written.clear()
         if number not in _SETS and (number not in _SETS_GLOBAL or motor != _VARIABLES):
             continue
+        if number in _SETS and not _has(found.model, type_):
+            continue
         place = (number in _SETS, type_, motor)
         if place in written:
             code = found.assembly.code[written[place]]
             text = f"this value is overwritten at address {address} before it is used"
             found.report("W504", code.location, text, _without(found, place, written[place]))
         written[place] = address
+
+
+def _has(model: int, parameter: int) -> bool:
+    """Whether a model has an axis parameter; where it has not, that is what is reported."""
+    row = axis_parameters.BY_NUMBER.get(parameter)
+    return row is not None and model in row.models
 
 
 def _without(found: Findings, place: tuple[bool, int, int], address: int) -> tuple[Fix, ...]:
