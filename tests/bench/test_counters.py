@@ -10,7 +10,9 @@ import pytest
 from tmcm34x.bench import simple_rig
 from tmcm34x.bench.counters import Counters
 from tmcm34x.clock import clocks, run_until
+from tmcm34x.firmware.ports.can import CanPort
 from tmcm34x.firmware.ports.serial import SerialPort
+from tmcm34x.tmcl.datagram import pack_can_request, pack_request
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
 COMMAND = str(Path(sys.executable).with_name("tmcm34x"))
@@ -49,6 +51,23 @@ def test_lines_of_text_are_counted_too(rig):
     port.receive(bytes.fromhex("018b0000000000008c"))
     port.receive(b"AGAP 4, 7\rAGAP 4, 0\rAFOO\r")
     assert counted(counters)["refused"] == {"4 invalid value": 1, "2 invalid command": 1}
+
+
+def test_versions_and_stored_instructions_are_no_statuses(rig):
+    rig.modules[0].eeprom.write_program([parse_instruction("MVP COORD, 1, 3")])
+    frames, bytes_out = [], bytearray()
+    bus = CanPort(rig.modules[0], lambda identifier, data: frames.append(data))
+    line = SerialPort(rig.modules[0], bytes_out.extend)
+    counters = Counters(rig)
+    for command in ("136 0, 0, 0", "134 0, 0, 0"):
+        instruction = parse_instruction(command)
+        bus.receive(1, pack_can_request(instruction))
+        line.receive(pack_request(1, instruction))
+    assert [frame[:3] for frame in frames] == [b"343", bytes((4, 2, 1))]
+    assert len(bytes_out) == 18
+    assert counted(counters)["refused"] == {}
+    bus.receive(1, pack_can_request(parse_instruction("GAP 99, 0")))
+    assert counted(counters)["refused"] == {"3 wrong type": 1}
 
 
 def test_commands_of_a_program_are_counted_too(rig):

@@ -11,7 +11,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from tmcm34x.tmcl.datagram import unpack_can_reply, unpack_reply
+from tmcm34x.tmcl.datagram import SIZE, unpack_can_reply, unpack_reply
+from tmcm34x.tmcl.numbers import CONTROL
 from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ class ModuleCounters:
     def __init__(self, world: World) -> None:
         self._world = world
         self._module: FirmwareModule = world.module
+        self._asked_for_data = False
+        """Whether the last command is one whose reply has no status."""
         self.refused: Counter[int] = Counter()
         self.writes: Counter[str] = Counter()
         self.without_effect: Counter[str] = Counter()
@@ -48,8 +51,11 @@ class ModuleCounters:
     def telegram(self, port: object, direction: str, data: bytes, now: int) -> None:
         """Bytes come in or go out."""
         del port, now
-        if direction == "out":
-            self.refused.update(status for status in _statuses(data) if status not in _GOOD)
+        if direction == "in":
+            self._asked_for_data = (data[1:2] if len(data) == SIZE else data[:1]) in _DATA
+        else:
+            statuses = _statuses(data, expect_data=self._asked_for_data)
+            self.refused.update(status for status in statuses if status not in _GOOD)
 
     def event(self, kind: str, motor: int, now: int) -> None:
         """Something happened to a motor."""
@@ -89,14 +95,21 @@ class ModuleCounters:
             self.writes[f"{cell.name.lower()} {motor} {number}"] += 1
 
 
-def _statuses(data: bytes) -> list[int]:
+_DATA: Final = frozenset(
+    bytes((number,)) for number in (CONTROL.GET_FIRMWARE_VERSION, CONTROL.READ_PROGRAM_MEMORY)
+)
+"""Control functions whose reply has other data where status and command would be."""
+
+
+def _statuses(data: bytes, *, expect_data: bool) -> list[int]:
     """The statuses of the replies in what a port sends at once; none in the characters of an echo."""
-    if len(data) != 9 and (text := _TEXT_REPLY.findall(data)):
+    if len(data) != SIZE and (text := _TEXT_REPLY.findall(data)):
         return [int(status) for status in text]
     try:
-        return [(unpack_reply(data) if len(data) == 9 else unpack_can_reply(data)).status]
+        reply = unpack_reply(data) if len(data) == SIZE else unpack_can_reply(data)
     except ValueError:
         return []
+    return [] if expect_data and bytes((reply.command,)) not in _DATA else [reply.status]
 
 
 class Counters:
