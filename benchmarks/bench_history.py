@@ -122,7 +122,8 @@ def going_back(session: BenchSession) -> None:
     assert history is not None
     steps = [timed_ms(lambda: session.step_back(over=False)) for _ in range(20)]
     print(f"  step back after an hour: median {median(steps):.0f} ms, worst {max(steps):.0f} ms")
-    session.set_breakpoints([Breakpoint.make(1, 1, condition=f"time_ms < {(3600 - 600) * 1000}")])
+    address = session.text.assembly.labels["Loop"]
+    session.set_breakpoints([Breakpoint.make(1, address, condition=f"time_ms < {(3600 - 600) * 1000}")])
     print(f"  ten simulated minutes back to a breakpoint: {timed_ms(session.reverse_continue):.0f} ms")
     history.return_to(history.branch.end)
     looks = [timed_ms(lambda n=n: history.look_at(HOUR - n * 5 * HZ)) for n in range(0, 120, 7)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from tmcm34x.bench.action import Action, perform
 from tmcm34x.bench.lines import LineEnd, SerialEnd, open_line
@@ -14,6 +14,7 @@ from tmcm34x.tmcl.datagram import Instruction
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
+    from tmcm34x.clock import Value
     from tmcm34x.debug.branches import Branch, Input, LineShape, Snapshot
     from tmcm34x.firmware.module import FirmwareModule
 
@@ -42,11 +43,31 @@ class Holding:
             self._module.program.on_refusal.remove(self._after)
 
 
+WAYPOINTS: Final = 64
+"""States on the way that a course keeps, the latest."""
+WAYPOINT_EVENTS: Final = 32
+"""Events from one to the next."""
+WAYPOINT_SIZE: Final = 30 << 10
+"""Memory of one, roughly [bytes]."""
+
+
+class Waypoint(NamedTuple):
+    """The state of the rig at a clock on the way, after so many inputs of the branch, with the lines that it had."""
+
+    clock: int
+    inputs: int
+    lines: tuple[LineShape, ...]
+    state: Value
+
+
 class Course:
     """A rig on its way along a branch: inputs of the branch are done again at their clocks.
 
     lines: the modules' ends of the lines that are plugged in, by their numbers
     done: how many inputs of the branch have been done
+
+    On the way to a clock it keeps states, since who looks at a moment looks at others near it next: to go back to one
+    of them takes no run from a snapshot.
     """
 
     def __init__(self, rig: Rig, branch: Branch, done: int, lines: dict[int, LineEnd] | None = None) -> None:
@@ -54,6 +75,7 @@ class Course:
         self.branch = branch
         self.done = done
         self.lines = {} if lines is None else lines
+        self._waypoints: dict[int, Waypoint] = {}
         self._holding: Holding | None = None
 
     def next_event(self) -> int:
@@ -96,26 +118,57 @@ class Course:
             self._holding.end()
             self._holding = None
 
-    def start_from(self, snapshot: Snapshot) -> None:
-        """Bring the rig to a snapshot of the branch."""
-        self.arrange(snapshot.lines)
-        self.rig.restore(zlib.decompress(snapshot.data))
-        self.done = snapshot.inputs
+    def take(self, branch: Branch) -> None:
+        """Go along another branch from now on: `start_from` one of its snapshots next."""
+        self.branch = branch
+        self._waypoints.clear()
+
+    def start_from(self, place: Snapshot | Waypoint) -> None:
+        """Bring the rig to a snapshot of the branch, or to a state that was kept on the way."""
+        self.arrange(place.lines)
+        if isinstance(place, Waypoint):
+            self.rig.load(place.state)
+        else:
+            self.rig.restore(zlib.decompress(place.data))
+        self.done = place.inputs
         self._expect()
 
     def go_to(self, clock: int) -> None:
-        """Bring the rig to `clock` from the nearest snapshot, or from where it is if that is nearer."""
-        snapshot = self.branch.snapshot_before(clock)
-        if not snapshot.clock <= self.rig.now <= clock or self.done < snapshot.inputs:
-            self.start_from(snapshot)
+        """Bring the rig to `clock` from the nearest known state, or from where it is if that is nearer."""
+        place = self._nearest(clock)
+        if not place.clock <= self.rig.now <= clock or self.done < place.inputs:
+            self.start_from(place)
         for _ in self.repeat():
             pass
+        events = 0
         while (when := self.next_event()) <= clock:
             self.advance(when)
+            events += 1
+            if events % WAYPOINT_EVENTS == 0:
+                self._keep()
         if (
             self.rig.now < clock
         ):  # to advance again at one clock would take early notice of what has just changed
             self.advance(clock)
+
+    def _nearest(self, clock: int) -> Snapshot | Waypoint:
+        """The last state at or before `clock` that is known; raises `HistoryError` where there is none."""
+        snapshot = self.branch.snapshot_before(clock)
+        nearest = max((at for at in self._waypoints if at <= clock), default=-1)
+        return self._waypoints[nearest] if nearest > snapshot.clock else snapshot
+
+    def _keep(self) -> None:
+        """Keep the present state, instead of the one that was kept first where there are too many."""
+        waypoints, now = self._waypoints, self.rig.now
+        waypoints.pop(now, None)
+        if len(waypoints) >= WAYPOINTS:
+            del waypoints[next(iter(waypoints))]
+        waypoints[now] = Waypoint(now, self.done, self.shapes, self.rig.save())
+
+    @property
+    def memory(self) -> int:
+        """Memory of what was kept on the way [bytes]."""
+        return WAYPOINT_SIZE * len(self._waypoints)
 
     # Lines
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 LIMIT: Final = 64 << 20
 """Default memory of a history [bytes]."""
-DENSE_EVENTS: Final = 500
+DENSE_EVENTS: Final = 250
 """Events from one snapshot to the next, as they are taken."""
 DENSE_INPUTS: Final = 2000
 """Inputs from one snapshot to the next: to do one again takes less than an event."""
@@ -65,6 +65,8 @@ class History:
         self._numbers: dict[LineEnd, int] = {}
         self._events = 0
         self._repeating = False
+        self._ahead = False
+        """Whether inputs of the branch are still to come: the bench was brought back, and goes the same way again."""
         self._size = 0
         self._snapshot_due = 0
         self._snapshot()
@@ -99,8 +101,8 @@ class History:
 
     @property
     def memory(self) -> int:
-        """Memory of all snapshots and inputs [bytes]."""
-        return self._size
+        """Memory of all snapshots and inputs, and of what looking at the past keeps besides [bytes]."""
+        return self._size + self._looking.memory
 
     @property
     def has_lines(self) -> bool:
@@ -122,35 +124,32 @@ class History:
 
     def next_event(self) -> int:
         """The next clock at which something happens, inputs that are repeated included."""
-        return self._course.next_event() if self._repeats else self.rig.next_event()
+        return self._course.next_event() if self._ahead else self.rig.next_event()
 
     def advance(self, now: int) -> None:
         """Bring the bench to clock `now`; nothing happens where it is there already."""
-        rig, course = self.rig, self._course
+        rig = self.rig
         if now <= rig.now:
             return
-        branch = course.branch
-        if course.done < branch.forgotten + len(branch.inputs):
+        if self._ahead:
             self._repeat(now)
         else:
             rig.advance(now)
+        branch = self._course.branch
         if now > branch.end:
             branch.end = now
             self._events += 1
             if self._events >= DENSE_EVENTS or now >= self._snapshot_due:
                 self._snapshot()
 
-    @property
-    def _repeats(self) -> bool:
-        """Whether inputs of the branch are still to come."""
-        return self._course.done < self._course.branch.count
-
     def _repeat(self, now: int) -> None:
+        course = self._course
         self._repeating = True
         try:
-            self._course.advance(now)
+            course.advance(now)
         finally:
             self._repeating = False
+            self._ahead = course.done < course.branch.count
 
     # Inputs
 
@@ -168,7 +167,7 @@ class History:
 
     def _record(self, now: int, kind: str, index: int, values: tuple[Any, ...]) -> None:
         course = self._course
-        if self._repeats or now < course.branch.end:
+        if self._ahead or now < course.branch.end:
             self._begin_branch(course.branch, now, course.done)
         course.branch.inputs.append(Input(now, kind, index, values))
         course.done += 1
@@ -188,6 +187,7 @@ class History:
         course = self._course
         self._abandoned.append(course.branch)
         course.branch = branch
+        self._ahead = False
         course.end_holding()
         self._branches += 1
         self._events = 0
@@ -247,7 +247,7 @@ class History:
         course, branch = self._looking, branch or self.branch
         branch.check(clock)
         if course.branch is not branch:
-            course.branch = branch
+            course.take(branch)
             course.start_from(branch.snapshot_before(clock))
         course.go_to(clock)
         return course
@@ -261,6 +261,7 @@ class History:
             self._course.branch = branch
         self.rig.load(course.rig.save())
         self._course.done = course.done
+        self._ahead = course.done < branch.count
         self._changed()
 
     def go_on_from(self, clock: int, branch: Branch | None = None) -> None:
@@ -278,7 +279,8 @@ class History:
         self._begin_branch(branch, clock, done)
         self._course.done = done
         self._record(clock, "lines", 0, shapes)
-        self._looking.branch, self._looking.done = self.branch, self.branch.count
+        self._looking.take(self.branch)
+        self._looking.done = self.branch.count
         self._snapshot()
 
     def _changed(self) -> None:
@@ -308,7 +310,7 @@ class History:
         if self._abandoned:
             gone = self._abandoned.pop(0)
             if self._looking.branch is gone:
-                self._looking.branch = branch
+                self._looking.take(branch)
                 self._looking.start_from(branch.snapshots[0])
         elif len(branch.snapshots) > 2 and INPUT_SIZE * len(branch.inputs) < self.limit // 2:
             branch.thin()
