@@ -146,4 +146,5 @@ def main() -> None:
         going_back(session)
 
 
-main()
+if __name__ == "__main__":
+    main()

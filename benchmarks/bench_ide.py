@@ -59,8 +59,10 @@ def first_answer_ms(folder: Path) -> float:
 class Ide:
     """A server and a page on it."""
 
-    def __init__(self, playwright: object, folder: Path, file: str) -> None:
-        self.process = subprocess.Popen([*COMMAND, str(folder / file)], stdout=subprocess.PIPE, text=True)
+    def __init__(self, playwright: object, folder: Path, file: str, *options: str) -> None:
+        self.process = subprocess.Popen(
+            [*COMMAND, str(folder / file), *options], stdout=subprocess.PIPE, text=True
+        )
         atexit.register(self.process.kill)
         url = self.process.stdout.readline().split()[-1]
         self.browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)

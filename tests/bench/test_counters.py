@@ -61,12 +61,12 @@ def test_versions_and_stored_instructions_are_no_statuses(rig):
     counters = Counters(rig)
     for command in ("136 0, 0, 0", "134 0, 0, 0"):
         instruction = parse_instruction(command)
-        bus.receive(1, pack_can_request(instruction))
+        bus.receive_frame(1, pack_can_request(instruction))
         line.receive(pack_request(1, instruction))
     assert [frame[:3] for frame in frames] == [b"343", bytes((4, 2, 1))]
     assert len(bytes_out) == 18
     assert counted(counters)["refused"] == {}
-    bus.receive(1, pack_can_request(parse_instruction("GAP 99, 0")))
+    bus.receive_frame(1, pack_can_request(parse_instruction("GAP 99, 0")))
     assert counted(counters)["refused"] == {"3 wrong type": 1}
 
 

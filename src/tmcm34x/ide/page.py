@@ -161,7 +161,8 @@ class Page:
                 for message in filter(None, (rows, frame)):
                     await self._send(message, text=False)
                 await self._hub.check_memory()
-            due = max(due + 1 / (self.rate_hz or 2), loop.time())
+            now = loop.time()
+            due = max(min(due, now) + 1 / (self.rate_hz or 2), now)
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._hurry.wait(), due - loop.time())
             self._hurry.clear()

@@ -87,11 +87,12 @@ export function Scrubber() {
         const timer = setInterval(() => document.hidden || past.peek() || void readMarks(), EACH_MS);
         return () => clearInterval(timer);
     }, [number]);
-    void [marks.value, shownTheme()];
+    const [found, theme] = [marks.value, shownTheme()];
+    const visible = can.value.history && shape !== null && shown !== null;
     useEffect(() => {
         if (canvas.current) draw(canvas.current, oldest, last);
-    });
-    if (!can.value.history || !shape || !shown) return null;
+    }, [found, theme, oldest, last, visible]);
+    if (!visible) return null;
     const name = (event: PointerEvent) => {
         const box = canvas.current!.getBoundingClientRect();
         const place = (clock: number): number => ((clock - oldest) / (last - oldest)) * box.width;
