@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from debug.debuggees import Notes, assembled, breakpoints
 from ide.ide_driver import running, virtual
 from tmcm34x.bench import simple_rig
-from tmcm34x.clock import HZ
+from tmcm34x.clock import HZ, MS
+from tmcm34x.debug.watches import Watch
+from tmcm34x.firmware.axis import X_ACTUAL
 from tmcm34x.firmware.ports.can import CanPort
 from tmcm34x.ide import wire
 from tmcm34x.ide.virtual import Virtual
@@ -303,6 +305,61 @@ def test_steps_back_and_on_again_end_in_the_present():
     assert [stop.reason for stop in bench.notes.stops] == [
         "breakpoint", "step", "breakpoint", "step", "step", "breakpoint",
     ]  # fmt: skip
+
+
+WAITING = "Loop: ROR 0, 300\n WAIT TICKS, 0, 400\n MST 0\n WAIT TICKS, 0, 100\n JA Loop\n"
+
+
+class Held(Notes):
+    """Writes down the clock of each stop, and where motor 0 is."""
+
+    def __init__(self):
+        super().__init__()
+        self.places = []
+
+    def held(self, stop):
+        super().held(stop)
+        module = self.bench.rig.modules[0]
+        self.places.append((self.bench.rig.now, module.axes[0].read(X_ACTUAL), module.program.counter))
+
+
+def held_by(work, **options):
+    """A bench whose program waits in its second command while motor 0 turns, held by what `work` asks for."""
+    bench = Bench(WAITING, **options)
+    notes = bench.notes = Held()
+    notes.bench = bench
+    bench.session = bench.virtual.session(notes)
+    bench.send("129 0, 0, 0")
+    bench.wait(0.1)
+    bench.do(lambda: work(bench))
+    bench.wait(3.0)
+    return bench
+
+
+def test_a_position_that_is_passed_holds_at_the_microstep_while_the_program_waits():
+    bench = held_by(lambda bench: bench.session.set_watches([Watch.make(1, "ap[1][0] passes 5000")]))
+    ((clock, position, counter),) = bench.notes.places
+    assert (bench.session.stop.reason, position, counter) == ("data breakpoint", 5000, 1)
+    bench.past.show(clock - 1, None)
+    module = bench.past.playback.rig.modules[0]
+    assert (module.axes[0].read(X_ACTUAL), module.program.state) == (4999, 1)
+    bench.past.leave()
+    expect_the_same_past(bench)
+
+
+def test_a_switch_that_closes_holds_at_its_clock_while_the_program_waits():
+    def press(bench):
+        bench.session.set_breaks({"switch": None})
+        bench.virtual.set_bench(wire.SetBench("left", 1, True))
+        bench.closed = bench.rig.now
+
+    bench = held_by(press)
+    ((clock, _, counter),) = bench.notes.places
+    assert (bench.session.stop.text, counter) == ("the left switch of motor 1 closed", 1)
+    assert clock - bench.closed <= MS
+    bench.do(bench.session.resume)
+    bench.wait(0.2)
+    assert bench.session.running and len(bench.notes.places) == 1
 
 
 def test_who_wrote_shows_the_moment_before_the_write_of_a_host():

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
+from tmcm34x.debug.attended import Attended
 from tmcm34x.debug.sessions.base import Listener
 from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.host.steps import ASCII_MODE, FACTORY_RESET
@@ -114,7 +115,8 @@ class Virtual:
         self.past = Past(server, self._turned)
         self._present, self._past = Seen(self.rig), Seen(self.past.history.past)
         self._sampled = Sampled(self.past.history, self._sample, self._looking)
-        server.part = self._sampled
+        self._attended = Attended(self._sampled)
+        server.part = self._attended
         self.past.history.on_restore.append(self._restored)
         self.rig.on_action.append(self._acted)
         self._received = bytearray()
@@ -229,6 +231,7 @@ class Virtual:
         if self._session is not None:
             self._session.close()
         self._session = LiveSession(self.module, listener, world=self.world, playback=self.past.playback)
+        self._attended.session = self._session
         return self._session
 
     async def debug(self, work: Callable[[], T], *, polling: bool = False) -> T:

@@ -242,7 +242,7 @@ class Server:
 
     def look_ahead(self) -> None:
         """Set the timer for the next event."""
-        self._next = when = self.rig.next_event() if self.crowd is None else self.crowd.next_event()
+        self._next = when = (self.part if self.crowd is None else self.crowd).next_event()
         if when < clock.NEVER and self._loop is not None:
             self._set_timer(self._loop, self.pace.due_s(when))
 

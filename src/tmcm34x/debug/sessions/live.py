@@ -148,12 +148,12 @@ class LiveSession(Backward, LocalSession):
         self._attach()
 
     def set_watches(self, watches: Iterable[Watch]) -> None:
-        """Hold when one of these values has changed before a command of the program."""
+        """Hold when one of these values has changed."""
         self.watches.set(watches)
         self._attach()
 
     def set_breaks(self, wanted: Wanted) -> None:
-        """Hold when one of these has happened before a command of the program, or at the next look."""
+        """Hold when one of these has happened."""
         self.breaks.set(wanted)
         self._attach()
 
@@ -223,6 +223,24 @@ class LiveSession(Backward, LocalSession):
         elif self._going and not self._live.active:
             self._let_go()
             self.listener.ended()
+
+    # After each event: `debug.attended`
+
+    @property
+    def attends(self) -> bool:
+        """Whether anything besides commands holds the program, which runs."""
+        return self._live.active and (bool(self.watches) or self.breaks.besides_refusals)
+
+    def next_look(self) -> int:
+        """The next clock at which a motor comes to a position that a data breakpoint compares it with."""
+        return self.watches.next_event()
+
+    def attend(self) -> None:
+        """Hold where something happened at this clock."""
+        broken, changed = self.breaks.look(self._live.counter), self.watches.look(self._live.counter)
+        if (stop := broken or changed) is not None:
+            self._do("stop")
+            self._hold(stop)
 
     def _holds_after(self) -> bool:
         """Whether to hold after the command that was just refused."""
