@@ -1,14 +1,20 @@
 """Going back: what recording costs, and how long steps and runs back take after an hour of simulated motion.
 
+Must: 50 ms for each step back, 1 s for ten simulated minutes back, 64 MiB, and recording at most 5 % of the time
+without.
+
 python benchmarks/bench_history.py
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 from time import process_time
+
+from marks import Marks
 
 from tmcm34x.bench import Rig, load, simple_rig
 from tmcm34x.clock import HZ, Timed
@@ -117,34 +123,41 @@ def timed_ms(do: Callable[[], object]) -> float:
     return 1000 * (process_time() - start)
 
 
-def going_back(session: BenchSession) -> None:
+def going_back(session: BenchSession, marks: Marks) -> None:
     history = session.history
     assert history is not None
     steps = [timed_ms(lambda: session.step_back(over=False)) for _ in range(20)]
-    print(f"  step back after an hour: median {median(steps):.0f} ms, worst {max(steps):.0f} ms")
+    print(f"  step back after an hour: median {median(steps):.0f} ms")
+    marks.at_most("  step back after an hour, the slowest", max(steps), 50, "ms")
     address = session.text.assembly.labels["Loop"]
     session.set_breakpoints([Breakpoint.make(1, address, condition=f"time_ms < {(3600 - 600) * 1000}")])
-    print(f"  ten simulated minutes back to a breakpoint: {timed_ms(session.reverse_continue):.0f} ms")
+    marks.at_most(
+        "  ten simulated minutes back to a breakpoint", timed_ms(session.reverse_continue), 1000, "ms"
+    )
     history.return_to(history.branch.end)
     looks = [timed_ms(lambda n=n: history.look_at(HOUR - n * 5 * HZ)) for n in range(0, 120, 7)]
     print(f"  any moment of the last ten minutes: median {median(looks):.0f} ms, worst {max(looks):.0f} ms")
-    print(f"  {len(history.branch.snapshots)} snapshots, {history.memory / 2**20:.1f} MiB")
+    marks.at_most(f"  {len(history.branch.snapshots)} snapshots", history.memory / 2**20, 64, "MiB")
 
 
-def main() -> None:
+def main() -> int:
+    """Print the figures; status 1 when one misses its mark."""
+    marks = Marks()
     alone, kept = served_us()
     print(f"a telegram on a line: {alone:.1f} us, with a history {kept:.1f} us")
     for name, source, bench in PROGRAMS:
         assembly = assemble(source)
         assert assembly.ok
         build = builder(assembly, bench)
-        print(f"{name}: recording takes {100 * (recording(build) - 1):+.1f} % of the time without")
+        print(name)
+        marks.at_most("  recording, of the time without", 100 * (recording(build) - 1), 5, "%")
         session = BenchSession(build(), Silent(), Text(assembly), keeps_history=True)
         session.start(hold=False)
         session.advance(HOUR)
         session.pause()
-        going_back(session)
+        going_back(session, marks)
+    return marks.status
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -8,10 +8,12 @@ seconds as a test writes it; polling a module over a line inside the process, an
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
 
 import serial
+from marks import Marks
 
 from tmcm34x.bench.session.language import parse
 from tmcm34x.bench.session.runner import make_rig, play
@@ -80,13 +82,18 @@ def polling(line: str) -> float:
         return (time.perf_counter() - start) / 500
 
 
-if __name__ == "__main__":
-    lines = max(session_lines() for _ in range(3))
-    fresh, home = best(setup) * 1e3, best(homing) * 1e3
-    print(f"session lines in virtual time         {lines:8.0f} / s")
-    print(f"a fresh module for a test             {fresh:8.2f} ms")
-    print(f"homing, 20 simulated seconds          {home:8.2f} ms, {20e3 / home:.0f} x real time")
-    reached = lines >= LINES and fresh < SETUP_MS and home < HOMING_MS
-    print(f"must: {LINES} / s, {SETUP_MS:g} ms, {HOMING_MS:g} ms: {'reached' if reached else 'MISSED'}")
+def main() -> int:
+    """Print the figures; status 1 when one misses its mark."""
+    marks = Marks()
+    home = best(homing) * 1e3
+    marks.at_least("session lines in virtual time", max(session_lines() for _ in range(3)), LINES, "/ s")
+    marks.at_most("a fresh module for a test", best(setup) * 1e3, SETUP_MS, "ms")
+    marks.at_most("homing, 20 simulated seconds", home, HOMING_MS, "ms")
+    print(f"  that is {20e3 / home:.0f} x real time")
     print(f"request and reply inside the process  {best(lambda: polling('serial_url')) * 1e6:8.0f} us")
     print(f"request and reply, pseudo terminal    {best(lambda: polling('port')) * 1e6:8.0f} us")
+    return marks.status
+
+
+if __name__ == "__main__":
+    sys.exit(main())
