@@ -1,7 +1,9 @@
 """Lines by name: URLs, serial ports, sockets and CAN."""
 
+import os
 import sys
 import threading
+from contextlib import closing
 
 import pytest
 from hypothesis import given
@@ -11,6 +13,7 @@ from tmcm34x.bench import simple_rig
 from tmcm34x.firmware.ports.can import CanPort
 from tmcm34x.host import Connection, GarbledReplyError, LinkError, Module, backup, connect, scan
 from tmcm34x.host.can_line import serial_form
+from tmcm34x.host.line import open_line
 from tmcm34x.host.program import download
 from tmcm34x.host.url import parse_url
 from tmcm34x.tmcl.datagram import Instruction, Reply, pack_can_reply, unpack_reply
@@ -207,3 +210,23 @@ def test_physical_units():
         module.connection.wait(1)
         assert table.speed_rev_min == pytest.approx(60 / 5 * table.speed)
         assert table.speed_steps_s == pytest.approx(table.speed / 5 * 2 * 200)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo terminals")
+def test_a_port_without_room_takes_all_bytes_in_order():
+    import tty
+
+    theirs, ours = os.openpty()
+    for end in (theirs, ours):
+        tty.setraw(end)
+    data = bytes(range(256)) * 256
+    with closing(open_line(parse_url(f"serial:{os.ttyname(ours)}"))) as line:
+        writer = threading.Thread(target=line.write, args=(data,))
+        writer.start()
+        read = b""
+        while len(read) < len(data):
+            read += os.read(theirs, 4096)
+        writer.join()
+    assert read == data
+    os.close(theirs)
+    os.close(ours)

@@ -1,6 +1,6 @@
 """Serial ports, and what else pyserial opens by a URL, such as `socket://` and `rfc2217://`.
 
-Works on Linux, macOS and Windows by pyserial's own calls.  Ports of the first two are file descriptors, and are read as
+Works on Linux, macOS and Windows by pyserial's own calls.  Ports of the first two are file descriptors, and are used as
 such: that is faster, which counts where a module on a pseudo terminal answers in 30 us.
 """
 
@@ -83,7 +83,23 @@ class SerialLine(RealTime):
 
 
 class DescriptorLine(SerialLine):
-    """A port of a POSIX system, read by its file descriptor; pyserial does everything else."""
+    """A port of a POSIX system, read and written by its file descriptor; pyserial does everything else."""
+
+    def write(self, data: bytes) -> None:
+        """Send `data`, waiting for room where there is none."""
+        descriptor = self._port.fd
+        try:
+            while data := data[self._write_some(descriptor, data) :]:
+                select.select((), (descriptor,), ())
+        except (*GONE, ValueError) as error:
+            raise self._lost(error) from error
+
+    def _write_some(self, descriptor: int, data: bytes) -> int:
+        """How many bytes of `data` there was room for."""
+        try:
+            return os.write(descriptor, data)
+        except BlockingIOError:
+            return 0
 
     def read(self, size: int, timeout_s: float) -> bytes:
         """At least `size` bytes, or what has come when the time is over."""
