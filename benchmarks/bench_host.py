@@ -3,9 +3,9 @@
 - Round trips on a pseudo terminal: `Connection.command`, with all its checks, against pyserial's `write` and `read` of
   nine bytes; both take turns on one served module, the ratio is the median of the turns.
 - A whole backup from a module that is paced to 9600 baud: how much of the wire's capacity it uses (18 bytes a telegram
-  both ways, ten bits each), from its first telegram to its last.  The turnaround alone leaves 0.947; the median telegram
-  shows what is lost where the computer has nothing else to do.  That nothing but telegrams takes time is a test in
-  virtual time.
+  both ways, ten bits each), from its first telegram to its last.  The turnaround alone leaves 0.947; the median
+  telegram shows what is lost where the computer has nothing else to do.  That nothing but telegrams takes time is a
+  test in virtual time.
 - `tmcm34x send` from its start to its end, against a served module.
 - What `pip install tmcm34x` without extras takes: the package and all that it depends on.
 
@@ -88,8 +88,8 @@ def wire_use() -> float:
     elapsed = times[-1] - times[0]
     use = (len(times) - 1) * TELEGRAM_S / elapsed
     print(
-        f"backup at 9600 baud: {len(times)} telegrams in {elapsed:.1f} s, {use:.1%} of the wire in all, {median:.1%} in "
-        f"the median, complete: {saved.complete}"
+        f"backup at 9600 baud: {len(times)} telegrams in {elapsed:.1f} s, {use:.1%} of the wire in all, {median:.1%} "
+        f"in the median, complete: {saved.complete}"
     )
     return use
 
