@@ -187,7 +187,10 @@ def compare(left: str, right: str, as_json: bool, yes: bool) -> int:
 def is_port(name: str) -> bool:
     """Whether a name is a module's rather than a file's; a link to a pseudo terminal may have any name."""
     path = Path(name)
-    return path.is_char_device() or (_PORT.search(name) is not None and not path.is_file())
+    try:
+        return path.is_char_device() or (_PORT.search(name) is not None and not path.is_file())
+    except OSError:  # No name for a file; what opens it says why.
+        return False
 
 
 def _load(name: str, yes: bool) -> Backup:
