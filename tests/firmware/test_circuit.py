@@ -45,6 +45,10 @@ class LookedAt:
     def next_event(self):
         return (self._board.now // GRID + 1) * GRID
 
+    @property
+    def noticed(self):
+        return self._board.now
+
     def __getattr__(self, name):
         if name not in MEMBERS:
             raise AttributeError(name)

@@ -88,6 +88,11 @@ class Board:
         """The clock the board has been brought to."""
         return self.chips[0].now
 
+    @property
+    def noticed(self) -> int:
+        """The clock of the last event of a motion chip that was more than another acceleration of a motor."""
+        return max([chip.noticed for chip in self.chips])
+
     def _next_of_all(self) -> int:
         return min([chip.next_event() for chip in self.chips])
 

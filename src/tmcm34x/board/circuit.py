@@ -55,6 +55,11 @@ class Circuit(Protocol):
         """Brings the motion chips to a clock."""
         ...
 
+    @property
+    def noticed(self) -> int:
+        """The clock up to which the firmware must have looked at the motors; chips that cannot say: `now`."""
+        ...
+
     # Chips
 
     def reset(self) -> None:

@@ -174,9 +174,10 @@ class FirmwareModule(ModuleState):
     def advance(self, now: int) -> None:
         """Bring the module to clock `now`."""
         circuit = self.circuit
-        chips = disturbed = circuit.next_event() <= now
+        disturbed = circuit.next_event() <= now
         circuit.advance(now)
         self.now = now
+        chips = disturbed and circuit.noticed >= now
         if not self.powered:
             return
         if chips or now >= self.due:

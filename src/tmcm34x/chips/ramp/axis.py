@@ -21,6 +21,8 @@ class RampAxis(Law):
     def __init__(self) -> None:
         super().__init__()
         self.parts: list[AnyPart] = []
+        self.bend = False
+        """Whether at the mark that was found last the axis does no more than to change its acceleration."""
         self.cut(RampState())
 
     def save(self) -> Value:
@@ -62,17 +64,19 @@ class RampAxis(Law):
         """
         part = self._part(n + 1)
         while True:
-            seen = max(n, part.start.n)
             mark = part.mark if part.mark > n else LAST
-            if mark == seen + 1:
-                return mark
             goals = up if part.direction > 0 else down
-            tick = part.reached(_steps_to(goals, part.start.x, part.direction))
+            steps = _steps_to(goals, part.start.x, part.direction)
+            self.bend = part.bend and steps > 1
+            if mark == part.start.n + 1:
+                return mark
+            tick = part.reached(steps)
             if tick <= n:
                 before = part.moved(n)
                 x = part.start.x + part.direction * before
                 tick = part.reached(before + _steps_to(goals, x, part.direction))
-            mark = min(mark, tick)
+            if tick <= mark:
+                mark, self.bend = tick, False
             if mark < LAST or part.end == LAST:
                 return mark
             part = self._part(part.end + 1)

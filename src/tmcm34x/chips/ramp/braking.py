@@ -32,6 +32,7 @@ class Braking(Part):
     def __init__(self, law: Law, start: RampState, direction: int) -> None:
         super().__init__(law, start, direction, abs(start.v))
         self.mark = start.n + 1
+        self.bend = True
         way = (direction * law.distance(start.x) << 11) - start.acc
         self._checkpoints: list[Place] = [(start.n, self.speed, way)]
         self._ticks = [start.n]

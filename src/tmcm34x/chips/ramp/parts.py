@@ -28,7 +28,7 @@ def floors(start: int, step: int, count: int) -> int:
 class Part:
     """A stretch of the future in one direction, from `start` (exclusive) to `end` (inclusive)."""
 
-    __slots__ = ("_answer", "_asked", "direction", "law", "mark", "speed", "start", "stopping")
+    __slots__ = ("_answer", "_asked", "bend", "direction", "law", "mark", "speed", "start", "stopping")
 
     def __init__(self, law: Law, start: RampState, direction: int, speed: int) -> None:
         self.law = law
@@ -39,6 +39,8 @@ class Part:
         """Whether it is a stop switch that slows the axis."""
         self.mark = 0
         """A tick that is noticed for its velocity, or 0."""
+        self.bend = False
+        """Whether all that is noticed there is another acceleration."""
         self._asked = self._answer = -1
 
     def reached(self, steps: int) -> int:

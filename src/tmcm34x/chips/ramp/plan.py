@@ -76,6 +76,7 @@ def _coast(law: Law, start: RampState, direction: int, speed: int, *, once: bool
         part.a = law.a_max if change > 0 else -law.a_max
         if not once and (law.mode == VELOCITY or speed in (0, law.v_max << 8)):
             part.mark = start.n + 1
+            part.bend = speed != 0
     return part
 
 

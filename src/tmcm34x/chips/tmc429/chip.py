@@ -142,15 +142,20 @@ class Tmc429(Core):
 
     def _happen(self) -> None:
         """What is due at `now` happens."""
-        tick = self.tick()
+        tick, bend = self.tick(), False
         for motor in MOTORS:
             if self.marks[motor] == tick:
+                bend = self.axes[motor].bend
+                if not bend:
+                    self.noticed = self.now
                 self.away[motor] = False
                 self._mark(motor, tick)
         if self.flight == self.now:
             chain.arrived(self)
         elif chain.wanted(self) and chain.requested(self, tick - 1) == tick:
             chain.send(self)
+        if not bend:
+            self.noticed = self.now
         self.due = self.status = -1
 
     def _mark(self, motor: int, tick: int) -> None:

@@ -60,7 +60,7 @@ class Core:
     flight: the clock at which the driver datagram that is being sent ends, or `NEVER`
     sent: what the driver datagram that is being sent was waited for, bits of `chain`
     watched: positions of each axis that its step out of them is an event, or None
-    duration, scaled, marks, due, status, away, holds: derived, see `derive`
+    duration, scaled, marks, due, status, away, holds, noticed: derived, see `derive`
     """
 
     def __init__(self, part: ChipName, seed: int) -> None:
@@ -112,6 +112,8 @@ class Core:
         """Axes that are known not to be at their targets before their next events."""
         self.holds = False
         """Whether its bits of axes at their targets hold until the next event."""
+        self.noticed = -1
+        """The clock of the last event that was more than another acceleration of an axis."""
         self.scaled = any(words[I_SCALES] for words in self.words)
         """Whether any current scale is set."""
         self.derive_duration()
