@@ -59,6 +59,8 @@ class Board:
         """The next clock at which a motion chip has something to notice."""
         self.advance: Callable[[int], None] = alone.advance if alone else self._advance_all
         """Brings the motion chips to a clock."""
+        self.changed_motors: Callable[[], int] = alone.changed_motors if alone else self._changed_of_all
+        """The motors, as bits, to which an event at `now` may have meant more than another acceleration."""
         self.outputs = 0
         """The eight digital outputs, OUT_0 in bit 0."""
         self.currents = [0, 0, 0]
@@ -88,17 +90,16 @@ class Board:
         """The clock the board has been brought to."""
         return self.chips[0].now
 
-    @property
-    def noticed(self) -> int:
-        """The clock of the last event of a motion chip that was more than another acceleration of a motor."""
-        return max([chip.noticed for chip in self.chips])
-
     def _next_of_all(self) -> int:
         return min([chip.next_event() for chip in self.chips])
 
     def _advance_all(self, now: int) -> None:
         for chip in self.chips:
             chip.advance(now)
+
+    def _changed_of_all(self) -> int:
+        changed = [chip.changed_motors() for chip in self.chips]
+        return sum((changed[n] >> smda & 1) << motor for motor, (n, smda) in enumerate(self.model.wiring))
 
     def reset(self) -> None:
         """Power-on: chips in their initial state, outputs low, drivers on without current."""

@@ -56,8 +56,11 @@ class Circuit(Protocol):
         ...
 
     @property
-    def noticed(self) -> int:
-        """The clock up to which the firmware must have looked at the motors; chips that cannot say: `now`."""
+    def changed_motors(self) -> Callable[[], int]:
+        """Returns the motors, as bits, that the firmware must look at after an event at `now`.
+
+        All three where the chips cannot say; none where an acceleration is all that has changed.
+        """
         ...
 
     # Chips

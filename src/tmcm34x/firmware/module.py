@@ -177,13 +177,13 @@ class FirmwareModule(ModuleState):
         disturbed = circuit.next_event() <= now
         circuit.advance(now)
         self.now = now
-        chips = disturbed and circuit.noticed >= now
+        motors = circuit.changed_motors() if disturbed else 0
         if not self.powered:
             return
-        if chips or now >= self.due:
+        if motors or now >= self.due:
             disturbed = True
-            supervision.advance(self, now, chips)
-        if chips or now >= self.pins_due:
+            supervision.advance(self, now, motors)
+        if motors or now >= self.pins_due:
             disturbed = True
             self._look_for_switches()
         if self.program.state:

@@ -34,14 +34,17 @@ DEVIATED: Final = 2
 """Bits of axis parameter 207 of later firmware."""
 
 
-def advance(core: ModuleState, now: int, chips_have_event: bool) -> None:
-    """Do what is due at `now`."""
+def advance(core: ModuleState, now: int, motors: int) -> None:
+    """Do what is due at `now`.
+
+    motors: those that the motion chips have an event of, as bits
+    """
     if now >= core.look_due:
         core.look_due = NEVER
         _look_at_shutdown(core)
         _look(core, now, core.axes)
-    elif chips_have_event:
-        _look(core, now, [axis for axis in core.axes if axis.moving])
+    elif motors:
+        _look(core, now, [axis for axis in core.axes if axis.moving and motors >> axis.motor & 1])
     if now >= core.poll_due:
         _poll(core)
     for axis in core.axes:

@@ -55,7 +55,9 @@ class RampAxis(Law):
 
     def position(self, n: int) -> int:
         """X_ACTUAL after tick n, like `at`."""
-        return self.at(n).x
+        if n == self.seen.n:
+            return self.seen.x
+        return self._part(n).position(n) if n > self.begin.n else self.begin.x
 
     def next_mark(self, n: int, up: list[int], down: list[int]) -> int:
         """The first tick after n that something could wait for, or `LAST`.
@@ -72,9 +74,7 @@ class RampAxis(Law):
                 return mark
             tick = part.reached(steps)
             if tick <= n:
-                before = part.moved(n)
-                x = part.start.x + part.direction * before
-                tick = part.reached(before + _steps_to(goals, x, part.direction))
+                tick = _reached_again(part, n, goals, steps)
             if tick <= mark:
                 mark, self.bend = tick, False
             if mark < LAST or part.end == LAST:
@@ -133,6 +133,15 @@ class RampAxis(Law):
         if aim and brakes(self, start, aim):
             return Braking(self, start, 1 if aim > 0 else -1)
         return simple_part(self, start, aim)
+
+
+def _reached_again(part: AnyPart, n: int, goals: list[int], first: int) -> int:
+    """The tick after n at which a part comes to a goal that it has come to in `first` steps, or `LAST`."""
+    if len(goals) == 1 and not part.reaches(first + TURN):
+        return LAST
+    before = part.moved(n)
+    x = part.start.x + part.direction * before
+    return part.reached(before + _steps_to(goals, x, part.direction))
 
 
 def _steps_to(goals: list[int], x: int, direction: int) -> int:

@@ -14,6 +14,9 @@ from tmcm34x.chips.ramp.state import LAST, TURN, RampState
 Place = tuple[int, int, int]
 """Between two ramp ticks while braking: tick, speed, and what the pulse ticks have to add up to for the target."""
 
+BEYOND: Final = -TURN << 11
+"""Left of the way where a walk need not stop short of anything."""
+
 COMPILED: Final = not __file__.endswith(".py")
 """Compiled, the root of a number of less than 50 bits is found faster as that of a float, and is the same."""
 
@@ -24,7 +27,7 @@ class Braking(Part):
     The way there is a sequence of places between two ramp ticks, some of which are kept as checkpoints.
     """
 
-    __slots__ = ("_checkpoints", "_end", "_found", "_near", "_ticks")
+    __slots__ = ("_checkpoints", "_end", "_found", "_near", "_recent", "_ticks")
 
     EVERY: Final = 32
     """Small steps from one checkpoint to the next."""
@@ -36,7 +39,9 @@ class Braking(Part):
         way = (direction * law.distance(start.x) << 11) - start.acc
         self._checkpoints: list[Place] = [(start.n, self.speed, way)]
         self._ticks = [start.n]
-        self._near = self._checkpoints[0]
+        self._recent = self._checkpoints[0]
+        self._near = law.nearest(law.v_min + 1) - 1 << 11 if law.dense else 0
+        """What is left of the way where the root of the distance falls to V_MIN."""
         self._end = 0
         self._found: Coast | Change | None = None
 
@@ -45,7 +50,7 @@ class Braking(Part):
         """The tick before the ramp tick that no longer brakes for the target."""
         if not self._end:
             place = self._checkpoints[0]
-            while (after := self._walk(place, LAST, -TURN << 11)) != place:
+            while (after := self._walk(place, LAST, BEYOND)) != place:
                 place = after
                 self._checkpoints.append(place)
                 self._ticks.append(place[0])
@@ -67,7 +72,8 @@ class Braking(Part):
         piece = self._found
         if piece is None or not piece.start.n < n <= piece.end:
             place = self._place(n)
-            if (after := self._interval(place)) is not None and n <= after[0]:
+            after = self._interval(place)
+            if after[0] >= n:
                 return self.direction * after[1]
         return self._piece_at(n).velocity(n)
 
@@ -86,10 +92,14 @@ class Braking(Part):
         if n > self.start.n + 1 and n > self.end:
             raise ValueError(f"tick {n} is past the end of the part")
         place = self._checkpoints[bisect_right(self._ticks, n - 1) - 1]
-        if place[0] < self._near[0] < n:
-            place = self._near
-        self._near = place = self._walk(place, n - 1, -TURN << 11)
+        if place[0] < self._recent[0] < n:
+            place = self._recent
+        self._recent = place = self._walk(place, n - 1, BEYOND)
         return place
+
+    def position(self, n: int) -> int:
+        """X_ACTUAL after tick n of the part."""
+        return self.at(n).x
 
     def moved(self, n: int) -> int:
         """The number of steps from the start to tick n; less than half a turn of the counter."""
@@ -97,6 +107,9 @@ class Braking(Part):
 
     def when(self, steps: int) -> int:
         """The tick of a step within the part, the first being 1."""
+        piece = self._found
+        if piece is not None and self._before(piece) < steps and piece.reaches(steps - self._before(piece)):
+            return piece.when(steps - self._before(piece))
         left = _ahead(self._checkpoints[0]) - steps << 11
         index = bisect_left(self._checkpoints, -left, key=lambda place: -place[2]) - 1
         piece = self._piece(self._walk(self._checkpoints[index], self.end, left))
@@ -129,11 +142,8 @@ class Braking(Part):
     def _walk(self, place: Place, until: int, left: int) -> Place:
         """Some small steps on the way, none of them past tick `until` or to where no more than `left` of it is left."""
         if self._follows(place):
-            n, interval = place[0], self.law.ramp_mask + 1
-            after = self._walk_intervals(place, min(self.EVERY, (until - n) // interval), max(left, 0))
-            if after[2] <= left:
-                after = self._walk_intervals(place, (after[0] - n) // interval - 1, 0)
-            if after[0] != n:
+            after = self._walk_intervals(place, until, left)
+            if after[0] != place[0]:
                 return after
         return self._walk_velocities(place, until, left)
 
@@ -142,37 +152,40 @@ class Braking(Part):
         law = self.law
         return law.dense and 0 < place[2] <= FARTHEST << 11 and place[1] > law.v_min << 8
 
-    def _interval(self, place: Place) -> Place | None:
-        """The place one ramp interval later, where intervals are the small steps."""
-        after = self._walk_intervals(place, 1, 0) if self._follows(place) else place
-        return None if after[0] == place[0] else after
+    def _interval(self, place: Place) -> Place:
+        """The place one ramp interval later, where intervals are the small steps; else the same."""
+        until = place[0] + self.law.ramp_mask + 1
+        return self._walk_intervals(place, until, BEYOND) if self._follows(place) else place
 
-    def _walk_intervals(self, place: Place, count: int, lowest: int) -> Place:
-        """So many ramp intervals, while more than `lowest` of the way is left, until V_MIN is reached.
+    def _walk_intervals(self, place: Place, until: int, left: int) -> Place:
+        """Up to EVERY ramp intervals, while the root of the distance is more than V_MIN.
 
-        The speed follows the root of the distance unless it would have to fall by more than A_MAX: below `slow`.
+        The speed follows the root unless it would have to fall by more than A_MAX.
         """
         law = self.law
         n, speed, way = place
-        rise, factor, shift, v_min, step = law.rise, law.factor, law.shift, law.v_min, law.a_max
+        rise, factor, shift, step = law.rise, law.factor, law.shift, law.a_max
         interval = law.ramp_mask + 1
-        fall, slow = step >> 8, -(step - speed >> 8)
-        for walked in range(count):
-            if way <= lowest:
-                return n + walked * interval, speed, way
+        near = max(left, self._near)
+        if way <= near:
+            return place
+        v = before = 0
+        last = min(until, n + self.EVERY * interval)
+        for after in range(n + interval, last + 1, interval):
+            n, before = after, speed
+            speed -= step
             square = factor * (way - 1 >> 11) >> shift
             v = int(sqrt(float(square))) if COMPILED else isqrt(square)
-            if v < slow or v <= v_min:
-                if v <= v_min and speed - step <= v_min << 8:
-                    return n + walked * interval, speed, way
-                speed -= step
-                v = speed >> 8
-                slow = -(step - speed >> 8)
-            else:
+            if v > speed >> 8:
                 speed = v << 8
-                slow = v - fall
+            else:
+                v = speed >> 8
             way -= v << rise
-        return n + count * interval, speed, way
+            if way <= near:
+                break
+        if way <= left:
+            return n - interval, before, way + (v << rise)
+        return n, speed, way
 
     def _walk_velocities(self, place: Place, until: int, left: int) -> Place:
         """Up to EVERY stretches in which the integer part of the velocity is the one aimed at."""
@@ -184,7 +197,7 @@ class Braking(Part):
                 break
             aim = law.allowed(-(-way >> 11))
             if speed - a_max >> 8 > aim:
-                piece = self._piece(place)
+                self._found = piece = self._piece(place)
                 state = piece.at(piece.end)
                 ahead = self.direction * law.distance(state.x)
                 after = piece.end, abs(state.v), (ahead << 11) - state.acc

@@ -58,6 +58,14 @@ class Part:
         """The tick of a step within the part, the first being 1."""
         raise NotImplementedError
 
+    def moved(self, n: int) -> int:
+        """The number of steps from the start to tick n of the part."""
+        raise NotImplementedError
+
+    def position(self, n: int) -> int:
+        """X_ACTUAL after tick n of the part."""
+        return signed24(self.start.x + self.direction * self.moved(n))
+
     def velocity(self, n: int) -> int:
         """The velocity after tick n of the part, signed and in 1/256."""
         raise NotImplementedError

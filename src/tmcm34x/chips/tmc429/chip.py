@@ -13,6 +13,7 @@ from tmcm34x.chips.registers import BY_INDEX, COMMON, DATA, RAM, READ
 from tmcm34x.chips.tmc429 import bus, chain, interrupts, switches
 from tmcm34x.chips.tmc429.chain import Coils
 from tmcm34x.chips.tmc429.core import (
+    ALL_MOTORS,
     INDEX,
     INTERRUPTS,
     MOTORS,
@@ -92,6 +93,10 @@ class Tmc429(Core):
         self.now = now
         self.status = -1
 
+    def changed_motors(self) -> int:
+        """The motors, as bits, to which an event at `now` may have meant more than another acceleration."""
+        return self.changed if self.changed_at == self.now else 0
+
     def watch(self, motor: int, low: int, high: int) -> None:
         """Make the step that takes X_ACTUAL out of low..high an event, until watched anew.
 
@@ -142,20 +147,19 @@ class Tmc429(Core):
 
     def _happen(self) -> None:
         """What is due at `now` happens."""
-        tick, bend = self.tick(), False
+        tick = self.tick()
+        changed = 0
         for motor in MOTORS:
             if self.marks[motor] == tick:
-                bend = self.axes[motor].bend
-                if not bend:
-                    self.noticed = self.now
+                changed |= (not self.axes[motor].bend) << motor
                 self.away[motor] = False
                 self._mark(motor, tick)
         if self.flight == self.now:
+            changed = ALL_MOTORS
             chain.arrived(self)
         elif chain.wanted(self) and chain.requested(self, tick - 1) == tick:
             chain.send(self)
-        if not bend:
-            self.noticed = self.now
+        self.changed, self.changed_at = changed, self.now
         self.due = self.status = -1
 
     def _mark(self, motor: int, tick: int) -> None:

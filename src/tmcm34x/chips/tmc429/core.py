@@ -12,6 +12,7 @@ from tmcm34x.chips.registers import BY_INDEX, COMMON, FIELDS, MOTOR, REGISTERS
 from tmcm34x.clock import NEVER, Value
 
 MOTORS: Final = range(3)
+ALL_MOTORS: Final = 7
 
 INDEX: Final = {register.name: register.index for register in REGISTERS}
 FIELD: Final = {name: field for name, (_, field) in FIELDS.items()}
@@ -60,7 +61,7 @@ class Core:
     flight: the clock at which the driver datagram that is being sent ends, or `NEVER`
     sent: what the driver datagram that is being sent was waited for, bits of `chain`
     watched: positions of each axis that its step out of them is an event, or None
-    duration, scaled, marks, due, status, away, holds, noticed: derived, see `derive`
+    duration, scaled, marks, due, status, away, holds, changed, changed_at: derived, see `derive`
     """
 
     def __init__(self, part: ChipName, seed: int) -> None:
@@ -112,8 +113,10 @@ class Core:
         """Axes that are known not to be at their targets before their next events."""
         self.holds = False
         """Whether its bits of axes at their targets hold until the next event."""
-        self.noticed = -1
-        """The clock of the last event that was more than another acceleration of an axis."""
+        self.changed = 0
+        """Motors, as bits, to which the last event may have meant more than another acceleration."""
+        self.changed_at = -1
+        """The clock of that event."""
         self.scaled = any(words[I_SCALES] for words in self.words)
         """Whether any current scale is set."""
         self.derive_duration()
