@@ -29,7 +29,7 @@ class Braking(Part):
 
     __slots__ = ("_checkpoints", "_end", "_found", "_near", "_recent", "_ticks")
 
-    EVERY: Final = 32
+    EVERY: Final = 64
     """Small steps from one checkpoint to the next."""
 
     def __init__(self, law: Law, start: RampState, direction: int) -> None:
@@ -163,29 +163,31 @@ class Braking(Part):
         The speed follows the root unless it would have to fall by more than A_MAX.
         """
         law = self.law
-        n, speed, way = place
+        first, speed, way = place
         rise, factor, shift, step = law.rise, law.factor, law.shift, law.a_max
         interval = law.ramp_mask + 1
         near = max(left, self._near)
-        if way <= near:
+        if way <= near or until < first + interval:
             return place
-        v = before = 0
-        last = min(until, n + self.EVERY * interval)
-        for after in range(n + interval, last + 1, interval):
-            n, before = after, speed
+        n, v, before = first, 0, speed
+        last = min(until, first + self.EVERY * interval)
+        way, near = way - 1, near - 1
+        for n in range(first + interval, last + 1, interval):  # noqa: B007 (used after the loop)
+            before = speed
             speed -= step
-            square = factor * (way - 1 >> 11) >> shift
+            slowest = speed >> 8
+            square = factor * (way >> 11) >> shift
             v = int(sqrt(float(square))) if COMPILED else isqrt(square)
-            if v > speed >> 8:
+            if v > slowest:
                 speed = v << 8
             else:
-                v = speed >> 8
+                v = slowest
             way -= v << rise
             if way <= near:
                 break
-        if way <= left:
-            return n - interval, before, way + (v << rise)
-        return n, speed, way
+        if way < left:
+            return n - interval, before, way + 1 + (v << rise)
+        return n, speed, way + 1
 
     def _walk_velocities(self, place: Place, until: int, left: int) -> Place:
         """Up to EVERY stretches in which the integer part of the velocity is the one aimed at."""
