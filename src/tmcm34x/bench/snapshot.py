@@ -1,7 +1,7 @@
 """Snapshots: the complete state of a rig as bytes.
 
 4 bytes   "T34S"
-u16       format, 1 (little endian)
+u16       format, 2 (little endian)
 16 bytes  fingerprint of the rig's description: a snapshot fits rigs of the same description only
 16 bytes  BLAKE2b of the rest
 rest      `clock.pack` of the state
@@ -15,7 +15,7 @@ from typing import Final
 
 from tmcm34x.clock import DIGEST_SIZE, Value, pack, unpack
 
-FORMAT: Final = 1
+FORMAT: Final = 2
 """Raised whenever the state has another form."""
 
 _MAGIC: Final = b"T34S"

@@ -91,7 +91,7 @@ class Board:
         return self.chips[0].now
 
     def _next_of_all(self) -> int:
-        return min([chip.next_event() for chip in self.chips])
+        return min([chip.due if chip.due >= 0 else chip.next_event() for chip in self.chips])
 
     def _advance_all(self, now: int) -> None:
         for chip in self.chips:

@@ -87,11 +87,13 @@ class AxisState:
         "ask_speed",
         "at_target_bit",
         "base",
+        "bit",
         "chip",
         "decay",
         "free_due",
         "full_step",
         "grace",
+        "look_due",
         "motor",
         "moving",
         "open",
@@ -108,6 +110,7 @@ class AxisState:
     def __init__(self, board: Circuit, motor: int) -> None:
         chip, smda = board.wiring(motor)
         self.motor = motor
+        self.bit = 1 << motor
         self.chip = chip
         self.transfer: Callable[[int], int] = board.bus(chip)
         self.base = smda << 29
@@ -134,6 +137,8 @@ class AxisState:
         """The clock at which the driver is switched off."""
         self.grace = 0
         """The clock before which a motor that stands still may not have begun yet."""
+        self.look_due = NEVER
+        """The clock at which the motor is looked at, whether or not the motion chip has an event of it by then."""
         self.rest_since = now
         self.decay = 0
         self.full_step = False
@@ -249,14 +254,16 @@ class AxisState:
         """What is not in the motion chip."""
         return (
             tuple(sorted(self.values.items())), self.open, self.scaled, self.moving, self.power_due, self.free_due,
-            self.grace, self.rest_since, self.decay, self.full_step, int(self.search), self.right_end, self.opened,
+            self.grace, self.look_due, self.rest_since, self.decay, self.full_step, int(self.search), self.right_end,
+            self.opened,
         )  # fmt: skip
 
     def load(self, value: Any) -> None:
         """Go back to what `save` gave."""
         (
             values, self.open, self.scaled, self.moving, self.power_due, self.free_due,
-            self.grace, self.rest_since, self.decay, self.full_step, search, self.right_end, self.opened,
+            self.grace, self.look_due, self.rest_since, self.decay, self.full_step, search, self.right_end,
+            self.opened,
         ) = value  # fmt: skip
         self.values = dict(values)
         self.search = Search(search)

@@ -44,8 +44,9 @@ def reschedule(core: ModuleState) -> None:
     """Find the next clock at which supervision has something to do."""
     first, second, third = core.axes
     core.due = min(
-        core.look_due, core.poll_due, core.heartbeat_due, core.can_heartbeat_due, first.power_due, first.free_due,
-        second.power_due, second.free_due, third.power_due, third.free_due,
+        core.shutdown_due, core.poll_due, core.heartbeat_due, core.can_heartbeat_due,
+        first.look_due, first.power_due, first.free_due, second.look_due, second.power_due, second.free_due,
+        third.look_due, third.power_due, third.free_due,
     )  # fmt: skip
 
 
@@ -63,14 +64,14 @@ def started(core: ModuleState, axis: AxisState) -> None:
     if not axis.moving:
         begin(core, axis)
     axis.grace = grace = under_way(core, axis)
-    core.look_due = min(core.look_due, grace)
+    axis.look_due = min(axis.look_due, grace)
     reschedule(core)
 
 
 def freed(core: ModuleState, axis: AxisState) -> None:
     """What held a motor may have gone: if it starts, that is seen when it is under way."""
     if not axis.moving and (axis.open or not axis.at_target):
-        core.look_due = min(core.look_due, under_way(core, axis))
+        axis.look_due = min(axis.look_due, under_way(core, axis))
         reschedule(core)
 
 

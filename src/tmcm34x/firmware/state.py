@@ -125,7 +125,7 @@ class Request(NamedTuple):
 
 _PLAIN: Final = (
     "now", "powered", "address", "second_address", "host_address", "pause", "heartbeat", "can_heartbeat",
-    "baud_index", "silent", "tick_origin", "touched", "encoder_interface", "shut_down", "look_due", "poll_due",
+    "baud_index", "silent", "tick_origin", "touched", "encoder_interface", "shut_down", "shutdown_due", "poll_due",
     "heartbeat_due", "can_heartbeat_due", "due", "pins_due", "random_state",
 )  # fmt: skip
 """Attributes of a `ModuleState` that are numbers."""
@@ -197,7 +197,7 @@ class ModuleState:
         """Something was done after which `settle` must be called at this clock."""
         self.shut_down = False
         """Whether the SHUTDOWN pin is active."""
-        self.look_due = self.poll_due = self.heartbeat_due = self.can_heartbeat_due = NEVER
+        self.shutdown_due = self.poll_due = self.heartbeat_due = self.can_heartbeat_due = NEVER
         """Clocks at which supervision has something to do; see `supervision`."""
         self.due = NEVER
         """The first of them, and of those of the axes."""
@@ -210,7 +210,7 @@ class ModuleState:
         for axis in self.axes:
             axis.reset(self.now)
         self.shut_down = False
-        self.look_due = self.poll_due = self.heartbeat_due = self.can_heartbeat_due = self.due = NEVER
+        self.shutdown_due = self.poll_due = self.heartbeat_due = self.can_heartbeat_due = self.due = NEVER
         self.pins_due = NEVER
         self.outbox.clear()
         self.requests.clear()

@@ -1,9 +1,9 @@
 """What the firmware watches beside commands: motion and rest, stall, deviation, SHUTDOWN, heartbeat, command 138.
 
-Nothing is polled while nothing is to be seen.  A *look* at the motors is taken whenever the motion chips have
-an event, after a command that may start a motor (at the next 5 ms of the firmware's clock), and when the SHUTDOWN
-pin changes.  A motor that moves with stall detection, deviation check or a speed threshold switched on is *polled*
-every 5 ms.  Everything else is a due clock.
+Nothing is polled while nothing is to be seen.  A *look* at a motor is taken whenever the motion chip has an event
+of it that is more than another acceleration, and after a command that may start it (at the next 5 ms of the firmware's
+clock); at all motors when the SHUTDOWN pin changes.  A motor that moves with stall detection, deviation check or a
+speed threshold switched on is *polled* every 5 ms.  Everything else is a due clock.
 
 Source: manual 6.7.34, 7.1 (205, 206, 212), 8.1 (68, 80) and 9.2; the 5 ms from the vendor's change log of the
 firmware line; fidelity FW-40 to FW-49.
@@ -11,7 +11,6 @@ firmware line; fidelity FW-40 to FW-49.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.chips.ramp import signed24
@@ -29,6 +28,8 @@ if TYPE_CHECKING:
     from tmcm34x.firmware.roles import Port
     from tmcm34x.firmware.state import ModuleState
 
+ALL_MOTORS: Final = 7
+
 STALLED: Final = 1
 DEVIATED: Final = 2
 """Bits of axis parameter 207 of later firmware."""
@@ -39,12 +40,16 @@ def advance(core: ModuleState, now: int, motors: int) -> None:
 
     motors: those that the motion chips have an event of, as bits
     """
-    if now >= core.look_due:
-        core.look_due = NEVER
+    shutdown = now >= core.shutdown_due
+    if shutdown:
+        core.shutdown_due = NEVER
         _look_at_shutdown(core)
-        _look(core, now, core.axes)
-    elif motors:
-        _look(core, now, [axis for axis in core.axes if axis.moving and motors >> axis.motor & 1])
+    for axis in core.axes:
+        if shutdown or now >= axis.look_due or (axis.moving and motors & axis.bit):
+            motors |= axis.bit
+            _look(core, axis, now)
+    if motors:
+        answer_requests(core, motors)
     if now >= core.poll_due:
         _poll(core)
     for axis in core.axes:
@@ -64,15 +69,15 @@ def _rest(core: ModuleState, axis: AxisState, now: int) -> None:
         core.circuit.driver_enable(axis.motor, False)
 
 
-def _look(core: ModuleState, now: int, axes: Sequence[AxisState]) -> None:
-    """Look whether motors move; one at rest does not start without a command or a pin."""
-    for axis in axes:
-        turning = axis.transfer(axis.ask_speed) & V_ACTUAL.mask
-        if not turning:
-            _look_at_standstill(core, axis, now)
-        elif not axis.moving or core.shut_down:
-            _look_at_motion(core, axis)
-    answer_requests(core)
+def _look(core: ModuleState, axis: AxisState, now: int) -> None:
+    """Look whether a motor moves; one at rest does not start without a command or a pin."""
+    if now >= axis.look_due:
+        axis.look_due = NEVER
+    reply = axis.transfer(axis.ask_speed)
+    if not reply & V_ACTUAL.mask:
+        _look_at_standstill(core, axis, now)
+    elif not axis.moving or core.shut_down:
+        _look_at_motion(core, axis)
 
 
 def _look_at_standstill(core: ModuleState, axis: AxisState, now: int) -> None:
@@ -80,12 +85,12 @@ def _look_at_standstill(core: ModuleState, axis: AxisState, now: int) -> None:
     if not axis.at_rest:
         _look_at_motion(core, axis)
         if not core.shut_down and not axis.read(V_TARGET):
-            core.look_due = min(core.look_due, currents.under_way(core, axis))
+            axis.look_due = min(axis.look_due, currents.under_way(core, axis))
     elif axis.moving:
         if now >= axis.grace:
             currents.end(core, axis, now)
         else:
-            core.look_due = min(core.look_due, axis.grace)
+            axis.look_due = min(axis.look_due, axis.grace)
 
 
 def _look_at_motion(core: ModuleState, axis: AxisState) -> None:
@@ -106,11 +111,18 @@ def request_target_reached(core: ModuleState, port: Port, mask: int, size: int) 
     core.touched = True
 
 
-def answer_requests(core: ModuleState) -> None:
-    """Send the second reply of every command 138 whose motors are at their targets."""
+def answer_requests(core: ModuleState, motors: int = ALL_MOTORS) -> None:
+    """Send the second reply of every command 138 whose motors are at their targets.
+
+    motors: those that may have come there since the last look, as bits
+    """
     if not core.requests:
         return
-    reached = _reached(core)
+    asked = 0
+    for row in core.requests:
+        if row.mask & motors:
+            asked |= row.mask
+    reached = _reached(core, asked) if asked else 0
     due = [row for row in core.requests if not row.mask & ~reached]
     if due:
         core.requests = [row for row in core.requests if row.mask & ~reached]
@@ -118,14 +130,15 @@ def answer_requests(core: ModuleState) -> None:
             row.port.target_reached(row.mask, row.size)
 
 
-def _reached(core: ModuleState) -> int:
-    """The motors that have come to their target positions, as bits; a reply of each chip tells who may have."""
+def _reached(core: ModuleState, motors: int) -> int:
+    """Those of the motors, as bits, that have come to their targets; a reply of each chip tells who may have."""
     reached, chip, reply = 0, -1, 0
     for axis in core.axes:
-        if axis.chip != chip:
-            chip, reply = axis.chip, axis.transfer(READ)
-        if reply & axis.at_target_bit and axis.stays:
-            reached |= 1 << axis.motor
+        if motors & axis.bit:
+            if axis.chip != chip:
+                chip, reply = axis.chip, axis.transfer(READ)
+            if reply & axis.at_target_bit and axis.stays:
+                reached |= axis.bit
     return reached
 
 
@@ -183,7 +196,7 @@ def pins_changed(core: ModuleState) -> None:
 def shutdown_changed(core: ModuleState) -> None:
     """The SHUTDOWN pin or its meaning (global parameter 80) may have changed: looked at in the next period."""
     if core.eeprom.global_values[GP.SHUTDOWN_PIN] or core.shut_down:
-        core.look_due = min(core.look_due, currents.next_grid(core.now))
+        core.shutdown_due = min(core.shutdown_due, currents.next_grid(core.now))
         reschedule(core)
 
 

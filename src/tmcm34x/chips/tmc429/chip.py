@@ -109,31 +109,29 @@ class Tmc429(Core):
         """The clock of the next event."""
         if self.asleep != NEVER:
             return NEVER
-        tick = self.tick()
-        marks = self.marks
+        tick, marks, wanted = self.tick(), self.marks, chain.wanted(self)
         for motor in MOTORS:
             if marks[motor] <= tick:
-                up, down = self._noticed(motor)
+                up, down = ([], []) if wanted else self._noticed(motor)
                 marks[motor] = self.axes[motor].next_mark(tick, up, down)
         first = min(marks)
-        if chain.wanted(self):
+        if wanted:
             first = min(first, chain.requested(self, tick))
         if self.scaled:
             first = min(first, *chain.standstills(self, tick))
-        return min(self.flight, self.origin + (first << 5) if first < NEVER else NEVER)
+        return min(self.flight, self.origin + (first << 5)) if first < NEVER else self.flight
 
     def _noticed(self, motor: int) -> tuple[list[int], list[int]]:
-        """The positions that something waits for, on the way up and on the way down; none at all: every step."""
-        if chain.wanted(self):
-            return [], []
-        axis, watched = self.axes[motor], self.watched[motor]
-        up, down = [axis.x_target], [axis.x_target]
-        if watched is None and not interrupts.listens(self, motor):
-            return up, down
+        """The positions that something waits for, on the way up and on the way down."""
+        axis, watched, listens = self.axes[motor], self.watched[motor], interrupts.listens(self, motor)
+        up = [axis.x_target]
+        if watched is None and not listens:
+            return up, up
+        down = up.copy()
         if watched is not None:
             up.append(watched[1] + 1)
             down.append(watched[0] - 1)
-        if interrupts.listens(self, motor):
+        if listens:
             mask = self.words[motor][INTERRUPTS] >> 8
             if mask & interrupts.REF_WRONG:
                 up.append(axis.dx_ref_tolerance + 1)
