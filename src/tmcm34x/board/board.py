@@ -98,8 +98,12 @@ class Board:
             chip.advance(now)
 
     def _changed_of_all(self) -> int:
-        changed = [chip.changed_motors() for chip in self.chips]
-        return sum((changed[n] >> smda & 1) << motor for motor, (n, smda) in enumerate(self.model.wiring))
+        motors = 0
+        for motor, (n, smda) in enumerate(self.model.wiring):
+            chip = self.chips[n]
+            if chip.changed_at == chip.now:
+                motors |= (chip.changed >> smda & 1) << motor
+        return motors
 
     def reset(self) -> None:
         """Power-on: chips in their initial state, outputs low, drivers on without current."""

@@ -99,11 +99,11 @@ class Braking(Part):
 
     def position(self, n: int) -> int:
         """X_ACTUAL after tick n of the part."""
-        return self.at(n).x
+        return self.start.x if n == self.start.n else self._piece_at(n).position(n)
 
     def moved(self, n: int) -> int:
         """The number of steps from the start to tick n; less than half a turn of the counter."""
-        return self.direction * (self.at(n).x - self.start.x) % TURN
+        return self.direction * (self.position(n) - self.start.x) % TURN
 
     def when(self, steps: int) -> int:
         """The tick of a step within the part, the first being 1."""
@@ -200,9 +200,8 @@ class Braking(Part):
             aim = law.allowed(-(-way >> 11))
             if speed - a_max >> 8 > aim:
                 self._found = piece = self._piece(place)
-                state = piece.at(piece.end)
-                ahead = self.direction * law.distance(state.x)
-                after = piece.end, abs(state.v), (ahead << 11) - state.acc
+                end, begin = piece.end, piece.start
+                after = end, abs(piece.velocity(end)), way - (piece.weight(end) - begin.acc)
             elif aim:
                 pulses = -(-(way - (law.nearest(aim) - 1 << 11)) // aim)
                 if rise >= 0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isqrt
 from typing import Any, Final
 
-from tmcm34x.chips.ramp.state import HALF_TURN, HOLD, RAMP, SOFT, VELOCITY, RampState, signed24
+from tmcm34x.chips.ramp.state import HALF_TURN, HOLD, RAMP, SOFT, TURN, VELOCITY, RampState
 from tmcm34x.clock import Value
 
 FARTHEST: Final = (1 << 19) - 1
@@ -86,7 +86,7 @@ class Law:
 
     def distance(self, x: int) -> int:
         """From x to the target, the shorter way round."""
-        return signed24(self.x_target - x)
+        return (self.x_target - x + HALF_TURN & TURN - 1) - HALF_TURN
 
     def allowed(self, far: int) -> int:
         """The highest velocity at a distance of at least 1 from which the axis can brake to the target.

@@ -104,11 +104,14 @@ class Coast(Part):
         """The velocity after tick n of the part, signed and in 1/256."""
         return self.direction * self.speed
 
+    def weight(self, n: int) -> int:
+        """What the accumulator at the start and the pulse ticks up to tick n add up to, in 2048ths of a step."""
+        start, shift = self.start, self.law.pulse_div
+        return start.acc + (self.speed >> 8) * ((n >> shift) - (start.n >> shift))
+
     def moved(self, n: int) -> int:
         """The number of steps from the start to tick n."""
-        start = self.start
-        shift = self.law.pulse_div
-        return start.acc + (self.speed >> 8) * ((n >> shift) - (start.n >> shift)) >> 11
+        return self.weight(n) >> 11
 
     def when(self, steps: int) -> int:
         """The tick of a step within the part, the first being 1."""
@@ -120,8 +123,7 @@ class Coast(Part):
     def at(self, n: int) -> RampState:
         """The state after a tick of the part."""
         start, law, speed = self.start, self.law, self.speed
-        shift = law.pulse_div
-        steps, acc = divmod(start.acc + (speed >> 8) * ((n >> shift) - (start.n >> shift)), 2048)
+        steps, acc = divmod(self.weight(n), 2048)
         ramps = (n >> law.ramp_div) - (start.n >> law.ramp_div)
         a = self.a if ramps == 1 else start.a if ramps == 0 else 0
         return self.state(n, speed, steps, acc, a=a, rest=start.rest if start.v == 0 else start.n + 1)
@@ -167,9 +169,10 @@ class Change(Part):
         """Whether the part makes so many steps."""
         fastest = max(self.speed, self.speed + self.step * (self.end - self.start.n >> self.law.ramp_div))
         pulses = (self.end >> self.law.pulse_div) - (self.start.n >> self.law.pulse_div)
-        return fastest * pulses >= steps - 1 << 19 and self._weight(self.end) >> 11 >= steps
+        return fastest * pulses >= steps - 1 << 19 and self.weight(self.end) >> 11 >= steps
 
-    def _weight(self, n: int) -> int:
+    def weight(self, n: int) -> int:
+        """What the accumulator at the start and the pulse ticks up to tick n add up to, in 2048ths of a step."""
         law = self.law
         ramps = (n >> law.ramp_div) - (self.start.n >> law.ramp_div)
         if law.rise < 0:
@@ -181,7 +184,7 @@ class Change(Part):
 
     def moved(self, n: int) -> int:
         """The number of steps from the start to tick n."""
-        return self._weight(n) >> 11
+        return self.weight(n) >> 11
 
     def when(self, steps: int) -> int:
         """The tick of a step within the part, the first being 1."""
@@ -227,7 +230,7 @@ class Change(Part):
         ramps = (n >> law.ramp_div) - (start.n >> law.ramp_div)
         if ramps == 0:
             return start
-        steps, acc = divmod(self._weight(n), 2048)
+        steps, acc = divmod(self.weight(n), 2048)
         speed = self.speed + self.step * ramps
         return self.state(n, speed, steps, acc, a=self.direction * self.step, rest=n & ~law.ramp_mask)
 

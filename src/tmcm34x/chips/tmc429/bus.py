@@ -80,18 +80,19 @@ def _targets(core: Core) -> int:
     """The status bits of the axes whose X_ACTUAL equals X_TARGET.
 
     To reach the target is an event, to leave it is none: an axis that is elsewhere stays so until its next event, and
-    the bits hold until the next event if the axes that are there have none of their own.
+    one that is there does if it has no event of its own.  The bits hold until the next event if all axes stay.
     """
     tick, bits, holds = core.tick(), 0, core.due >= 0
-    marks, away = core.marks, core.away
+    marks, stays = core.marks, core.stays
     for motor, axis in enumerate(core.axes):
-        if away[motor] and tick < marks[motor]:
-            continue
-        if axis.position(tick) == axis.x_target:
+        place = stays[motor]
+        if place is None or tick >= marks[motor]:
+            place = axis.position(tick) == axis.x_target
+            lasting = not place or marks[motor] == LAST
+            stays[motor] = place if lasting else None
+            holds = holds and lasting
+        if place:
             bits |= 1 << 2 * motor
-            holds = holds and marks[motor] == LAST
-        else:
-            away[motor] = True
     core.holds = holds
     return bits
 

@@ -149,8 +149,9 @@ class Tmc429(Core):
         changed = 0
         for motor in MOTORS:
             if self.marks[motor] == tick:
-                changed |= (not self.axes[motor].bend) << motor
-                self.away[motor] = False
+                if not self.axes[motor].bend:
+                    changed |= 1 << motor
+                    self.stays[motor] = None
                 self._mark(motor, tick)
         if self.flight == self.now:
             changed = ALL_MOTORS

@@ -61,7 +61,7 @@ class Core:
     flight: the clock at which the driver datagram that is being sent ends, or `NEVER`
     sent: what the driver datagram that is being sent was waited for, bits of `chain`
     watched: positions of each axis that its step out of them is an event, or None
-    duration, scaled, marks, due, status, away, holds, changed, changed_at: derived, see `derive`
+    duration, scaled, marks, due, status, stays, holds, changed, changed_at: derived, see `derive`
     """
 
     def __init__(self, part: ChipName, seed: int) -> None:
@@ -109,8 +109,8 @@ class Core:
         """The clock of the next event, or -1 while it is not known."""
         self.status = -1
         """The status byte at `now`, or -1 while it is not known: set to -1 by whatever may change it."""
-        self.away = [False, False, False]
-        """Axes that are known not to be at their targets before their next events."""
+        self.stays: list[bool | None] = [None, None, None]
+        """Whether an axis is at its target, and will be so or not so until its next event; None: not known."""
         self.holds = False
         """Whether its bits of axes at their targets hold until the next event."""
         self.changed = 0
@@ -189,13 +189,13 @@ class Core:
     def replan(self, motor: int) -> None:
         """Look for the next event of an axis anew."""
         self.marks[motor] = -1
-        self.away[motor] = False
+        self.stays[motor] = None
         self.due = self.status = -1
 
     def replan_all(self) -> None:
         """Look for the next events anew."""
         self.marks = [-1, -1, -1]
-        self.away = [False, False, False]
+        self.stays = [None, None, None]
         self.due = self.status = -1
 
     def cut(self, motor: int, state: RampState) -> None:
