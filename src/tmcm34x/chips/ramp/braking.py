@@ -83,7 +83,7 @@ class Braking(Part):
         if piece is None or not piece.start.n < n <= piece.end:
             piece = self._piece(self._place(n))
             while piece.end < n:
-                piece = self._simple(piece.at(piece.end))
+                piece = self._simple(piece.final())
             self._found = piece
         return piece
 
@@ -108,15 +108,17 @@ class Braking(Part):
     def when(self, steps: int) -> int:
         """The tick of a step within the part, the first being 1."""
         piece = self._found
-        if piece is not None and self._before(piece) < steps and piece.reaches(steps - self._before(piece)):
-            return piece.when(steps - self._before(piece))
+        if piece is not None and (before := self._before(piece)) < steps:
+            tick = piece.reached(steps - before)
+            if tick < LAST:
+                return tick
         left = _ahead(self._checkpoints[0]) - steps << 11
         index = bisect_left(self._checkpoints, -left, key=lambda place: -place[2]) - 1
         piece = self._piece(self._walk(self._checkpoints[index], self.end, left))
-        while not piece.reaches(steps - self._before(piece)):
-            piece = self._simple(piece.at(piece.end))
+        while (tick := piece.reached(steps - self._before(piece))) == LAST:
+            piece = self._simple(piece.final())
         self._found = piece
-        return piece.when(steps - self._before(piece))
+        return tick
 
     def final(self) -> RampState:
         """The state after the last tick of the part, but for A_ACTUAL."""

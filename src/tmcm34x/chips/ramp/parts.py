@@ -141,10 +141,11 @@ class Coast(Part):
 class Change(Part):
     """The speed goes from `speed` by `step` per ramp tick, and stays at least zero."""
 
-    __slots__ = ("end", "step")
+    __slots__ = ("_weighed", "_weight", "end", "step")
 
     def __init__(self, law: Law, start: RampState, direction: int, step: int, ramps: int) -> None:
         super().__init__(law, start, direction, abs(start.v))
+        self._weighed, self._weight = start.n, start.acc
         self.step = step
         self.end = start.n + (ramps << law.ramp_div)
 
@@ -173,14 +174,18 @@ class Change(Part):
 
     def weight(self, n: int) -> int:
         """What the accumulator at the start and the pulse ticks up to tick n add up to, in 2048ths of a step."""
+        if n != self._weighed:
+            self._weighed, self._weight = n, self.start.acc + self._pulsed_until(n)
+        return self._weight
+
+    def _pulsed_until(self, n: int) -> int:
+        """What the pulse ticks up to tick n of the part add up to."""
         law = self.law
         ramps = (n >> law.ramp_div) - (self.start.n >> law.ramp_div)
-        if law.rise < 0:
-            return self.start.acc + self.pulsed(ramps)
-        if ramps == 0:
-            return self.start.acc
+        if law.rise < 0 or ramps == 0:
+            return self.pulsed(ramps)
         pulses = ((n & law.ramp_mask) >> law.pulse_div) + 1
-        return self.start.acc + self.pulsed(ramps - 1) + (self.speed + self.step * ramps >> 8) * pulses
+        return self.pulsed(ramps - 1) + (self.speed + self.step * ramps >> 8) * pulses
 
     def moved(self, n: int) -> int:
         """The number of steps from the start to tick n."""

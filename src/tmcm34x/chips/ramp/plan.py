@@ -51,7 +51,7 @@ def simple_part(law: Law, start: RampState, aim: int) -> Coast | Change:
             room = min(room, direction * law.distance(x) - law.nearest(new >> 8) + 1)
         return _until(law, _coast(law, start, direction, new), room)
     if speed < aim:
-        part = Change(law, start, direction, step, _rising(law, start, direction, aim))
+        part = _rising(law, start, direction, aim)
     elif aim < 0:
         part = Change(law, start, direction, -step, speed // step)
         if speed % step == 0:
@@ -104,22 +104,21 @@ def _stop(  # noqa: PLR0917
     return _until(law, part, room)
 
 
-def _rising(law: Law, start: RampState, direction: int, aim: int) -> int:
-    """The number of ramp ticks that add the full A_MAX before the velocity aimed at is reached."""
+def _rising(law: Law, start: RampState, direction: int, aim: int) -> Change:
+    """The ramp ticks that add the full A_MAX before the velocity aimed at is reached."""
     step, speed = law.a_max, abs(start.v)
     ramps = (aim - speed - 1) // step
-    if law.mode > SOFT:
-        return ramps
     part = Change(law, start, direction, step, ramps)
+    if law.mode > SOFT:
+        return part
     ahead = direction * law.distance(start.x)
-
     if not part.reaches(ahead - law.nearest(aim >> 8)) or _full(part, ahead, ramps):
-        return ramps
+        return part
     low, high = 1, ramps
     while high - low > 1:
         middle = low + high >> 1
         low, high = (middle, high) if _full(part, ahead, middle) else (low, middle)
-    return low
+    return Change(law, start, direction, step, low)
 
 
 def _full(part: Change, ahead: int, ramps: int) -> bool:
@@ -130,8 +129,9 @@ def _full(part: Change, ahead: int, ramps: int) -> bool:
 
 def _until(law: Law, part: Coast | Change, room: int) -> Coast | Change:
     """`part`, cut at the end of the ramp interval in which it makes its step number `room`."""
-    if part.reaches(room):
-        part.end = part.when(room) | law.ramp_mask
+    tick = part.reached(room)
+    if tick < LAST:
+        part.end = tick | law.ramp_mask
         if part.mark > part.end:
             part.mark = 0
     return part
