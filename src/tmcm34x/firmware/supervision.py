@@ -73,8 +73,7 @@ def _look(core: ModuleState, axis: AxisState, now: int) -> None:
     """Look whether a motor moves; one at rest does not start without a command or a pin."""
     if now >= axis.look_due:
         axis.look_due = NEVER
-    reply = axis.transfer(axis.ask_speed)
-    if not reply & V_ACTUAL.mask:
+    if not axis.transfer(axis.ask_speed) & V_ACTUAL.mask:
         _look_at_standstill(core, axis, now)
     elif not axis.moving or core.shut_down:
         _look_at_motion(core, axis)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
+from functools import partial
 from math import isqrt, sqrt
 from typing import Final
 
@@ -171,6 +172,7 @@ class Braking(Part):
         near = max(left, self._near)
         if way <= near or until < first + interval:
             return place
+        root = partial(_shifted_root, shift) if shift else isqrt
         n, v, before = first, 0, speed
         last = min(until, first + self.EVERY * interval)
         way, near = way - 1, near - 1
@@ -178,8 +180,7 @@ class Braking(Part):
             before = speed
             speed -= step
             slowest = speed >> 8
-            square = factor * (way >> 11) >> shift
-            v = int(sqrt(float(square))) if COMPILED else isqrt(square)
+            v = int(sqrt(float(factor * (way >> 11) >> shift))) if COMPILED else root(factor * (way >> 11))
             if v > slowest:
                 speed = v << 8
             else:
@@ -218,6 +219,10 @@ class Braking(Part):
                 break
             place = after
         return place
+
+
+def _shifted_root(shift: int, square: int) -> int:
+    return isqrt(square >> shift)
 
 
 def _ahead(place: Place) -> int:

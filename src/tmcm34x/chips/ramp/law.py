@@ -61,8 +61,9 @@ class Law:
         """64ths of a full step in a microstep."""
         self.ramp_mask = (1 << self.ramp_div) - 1
         self.rise = self.ramp_div - self.pulse_div
-        self.shift = 3 + self.pdiv
-        self.factor = self.pmul if soft else self.pmul << 11
+        common = 0 if soft else min(self.pdiv + 3, 11)
+        self.shift = self.pdiv + 3 - common
+        self.factor = self.pmul if soft else self.pmul << 11 - common
         self.margin = 0 if soft else 1
         """How many steps before the target the braking velocity is zero."""
         self.dense = self.mode == RAMP and self.rise >= 0 and 8 << self.pdiv < self.pmul << self.rise

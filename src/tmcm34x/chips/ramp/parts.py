@@ -195,31 +195,38 @@ class Change(Part):
         """The tick of a step within the part, the first being 1."""
         law, start = self.law, self.start
         wanted = (steps << 11) - start.acc
-        before = self._before(wanted)
+        before, pulsed = self._before(wanted)
         boundary = start.n + 1 + (before << law.ramp_div)
         if law.rise < 0:
             return boundary
-        pulses = -((self.pulsed(before) - wanted) // (self.speed + self.step * (before + 1) >> 8))
+        pulses = -((pulsed - wanted) // (self.speed + self.step * (before + 1) >> 8))
         return boundary + (pulses - 1 << law.pulse_div)
 
-    def _before(self, wanted: int) -> int:
-        """The most whole ramp intervals whose pulse ticks add up to less than `wanted`, which the part reaches."""
-        low, high = 0, self.end - self.start.n >> self.law.ramp_div
+    def _before(self, wanted: int) -> tuple[int, int]:
+        """The most whole ramp intervals whose pulse ticks add up to less than `wanted`, and that sum.
+
+        The part reaches what is wanted.
+        """
+        low, below, high = 0, 0, self.end - self.start.n >> self.law.ramp_div
         near, far = self._guess(wanted, high), 1
-        if self.pulsed(near) < wanted:
-            low = near
-            while low + far < high and self.pulsed(low + far) < wanted:
-                low, far = low + far, far << 1
+        if (total := self.pulsed(near)) < wanted:
+            low, below = near, total
+            while low + far < high and (total := self.pulsed(low + far)) < wanted:
+                low, below, far = low + far, total, far << 1
             high = min(high, low + far)
         else:
             high = near
-            while high - far > 0 and self.pulsed(high - far) >= wanted:
+            while high - far > 0 and (total := self.pulsed(high - far)) >= wanted:
                 high, far = high - far, far << 1
-            low = max(0, high - far)
+            if high - far > 0:
+                low, below = high - far, total
         while high - low > 1:
             middle = low + high >> 1
-            low, high = (middle, high) if self.pulsed(middle) < wanted else (low, middle)
-        return low
+            if (total := self.pulsed(middle)) < wanted:
+                low, below = middle, total
+            else:
+                high = middle
+        return low, below
 
     def _guess(self, wanted: int, most: int) -> int:
         """About what `_before` returns, 1..most: without the floors the sum is a polynomial of the second degree."""
