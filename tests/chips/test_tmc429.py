@@ -565,3 +565,27 @@ def test_every_field_of_the_map_can_be_read_by_name():
     for name, (register, field) in FIELDS.items():
         value = get_field(chip, 1, name)
         assert value == (1 if name == "COVER_POSITION" else field.get(register.reset))
+
+
+# ---- events
+
+
+@pytest.mark.parametrize(
+    "values",
+    [{}, {"A_MAX": 37}, {"X_TARGET": 900}, {"V_MAX": 31, "V_MIN": 30}, {"RAMP_DIV": 0}, {"RAMP_MODE": 1}],
+)
+def test_an_event_at_the_target_or_at_rest_is_more_than_another_acceleration(values):
+    chip = Tmc429()
+    plain = {"RAMP_DIV": 7, "PULSE_DIV": 3, "V_MIN": 1, "V_MAX": 1000, "A_MAX": 1000, "PMUL": 247, "PDIV": 6}
+    for name, value in ({**plain, "X_TARGET": 30_000} | values).items():
+        set_field(chip, 0, name, value)
+    target, changes = chip.axes[0].x_target, []
+    while (due := chip.next_event()) < NEVER:
+        chip.advance(due)
+        changes.append(chip.changed_motors())
+        if chip.position(0) == target or not chip.velocity(0):
+            assert chip.changed_motors() == 1
+    assert set(changes) == {0, 1}
+    assert chip.position(0) == target
+    chip.advance(chip.now + 1)
+    assert not chip.changed_motors()

@@ -133,6 +133,12 @@ def test_the_pause_holds_back_the_second_reply_of_138_too():
     assert seen == [(10 * MS, 100), (10 * MS, 128)]
 
 
+def test_138_for_no_motor_is_answered_at_once():
+    _, port, sent = wired()
+    port.receive(pack_request(1, Instruction(138, 0, 0, 0)))
+    assert [reply[2] for reply in sent] == [100, 128]
+
+
 def test_disabled_replies_stay_away_until_they_are_enabled():
     _, port, sent = wired()
     for instruction in (

@@ -35,6 +35,24 @@ def test_the_current_is_full_from_the_start_of_a_move_until_the_power_down_delay
     assert current(module, 1) == 8
 
 
+@pytest.mark.parametrize("model", [341, 342, 343])
+def test_a_motor_rests_at_the_same_clock_whatever_the_others_do(model):
+    def rest_of_motor_1(*others):
+        module = switched_on(model)
+        host = Host(module)
+        for line in ("SAP 5, 1, 3", "ROR 1, 200", *others):
+            host.do(line)
+        run_until(module, 3000 * MS)
+        host.do("MST 1")
+        run_until(module, 9000 * MS)
+        assert not module.axes[1].moving
+        return module.axes[1].rest_since
+
+    alone = rest_of_motor_1()
+    assert alone > 3000 * MS
+    assert rest_of_motor_1("SAP 4, 0, 2000", "MVP ABS, 0, 40000", "ROL 2, 5") == alone
+
+
 @pytest.mark.parametrize("acceleration", [1, 20, 1000])
 def test_a_motor_that_turns_round_moves(acceleration):
     """Speed and target speed are 0 for at least one ramp tick in the middle of a move."""
