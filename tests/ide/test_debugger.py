@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 from ide.ide_driver import running, virtual
 from tmcm34x.clock import HZ
@@ -235,3 +238,80 @@ def test_a_log_point_in_a_fast_loop_floods_nobody(tmp_path):
         assert len(editor.messages) < passed / 5
 
     _go(tmp_path, scenario, "Loop: CALC ADD, 1\nJA Loop\n")
+
+
+# Searches along the past
+
+ROUNDS = """\
+        SGP 1, 2, 7
+Loop:   MVP ABS, 0, 20000
+        WAIT POS, 0, 0
+        MVP ABS, 0, 0
+        WAIT POS, 0, 0
+        CALC ADD, 1
+        JA Loop
+"""
+
+
+@contextlib.contextmanager
+def _threads_taken():
+    """No search begins before the end of this."""
+    asyncio.get_running_loop().set_default_executor(executor := ThreadPoolExecutor(1))
+    released = threading.Event()
+    executor.submit(released.wait)
+    try:
+        yield
+    finally:
+        released.set()
+
+
+async def _after_a_minute(ide, page, editor):
+    """The program is held, and its only write of variable 1 is long ago."""
+    await _start(page)
+    await page.until(lambda: page.state["program"]["state"] == 1)
+    await ide.virtual.server.run_until(ide.virtual.rig.now + 60 * HZ)
+    await editor.do("pause", threadId=1)
+    await editor.event("stopped")
+
+
+def _who_wrote(editor):
+    request = editor.ask("evaluate", expression="who wrote gp[1]?", context="repl")
+    return asyncio.create_task(request)
+
+
+def test_hosts_and_pages_are_served_while_the_past_is_searched(tmp_path):
+    async def scenario(ide, page, editor):
+        await _after_a_minute(ide, page, editor)
+        with _threads_taken():
+            asked = _who_wrote(editor)
+            frames = (await editor.do("stackTrace", threadId=1))["stackFrames"]
+            assert frames[0]["line"] > 1
+            assert (await page.execute("GAP 4, 0"))["status"] == 100
+            assert not asked.done()
+        assert "SGP 1, 2, 7 (0 → 7)" in (await asked)["body"]["result"]
+        assert (await editor.event("stopped"))["reason"] == "goto"
+        await page.until(lambda: page.state["program"]["counter"] == 0)
+
+    _go(tmp_path, scenario, ROUNDS)
+
+
+def test_a_search_is_given_up_when_something_else_is_asked_for(tmp_path):
+    async def scenario(ide, page, editor):
+        await _after_a_minute(ide, page, editor)
+        with _threads_taken():
+            first = _who_wrote(editor)
+            await editor.do("threads")
+            second = asyncio.create_task(editor.ask("stepBack", threadId=1))
+            await editor.do("threads")
+        answer = await first
+        assert not answer["success"] and answer["message"].startswith("given up")
+        assert (await second)["success"]
+        assert (await editor.event("stopped"))["reason"] == "step"
+        with _threads_taken():
+            third = _who_wrote(editor)
+            await editor.do("threads")
+            await page.call(wire.LeavePast())
+        assert not (await third)["success"]
+        assert not ide.virtual.past.shown
+
+    _go(tmp_path, scenario, ROUNDS)

@@ -13,6 +13,7 @@ from debug.debuggees import Notes, assembled, breakpoints
 from ide.ide_driver import running, virtual
 from tmcm34x.bench import simple_rig
 from tmcm34x.clock import HZ, MS
+from tmcm34x.debug.sessions.search import UnfinishedError
 from tmcm34x.debug.watches import Watch
 from tmcm34x.firmware.axis import X_ACTUAL
 from tmcm34x.firmware.ports.can import CanPort
@@ -72,7 +73,13 @@ class Bench:
         self.host.receive(pack_request(1, parse_instruction(line)))
 
     def do(self, work):
-        return asyncio.run(self.virtual.debug(work))
+        while True:
+            try:
+                return asyncio.run(self.virtual.debug(work))
+            except UnfinishedError as unfinished:
+                unfinished.search.begin()
+                unfinished.search.run()
+                unfinished.search.keep()
 
     def look(self):
         """The shown state, without what depends on whether commands were looked at one by one."""
@@ -371,6 +378,19 @@ def test_who_wrote_shows_the_moment_before_the_write_of_a_host():
     assert write.cause == "command of a host: SGP 9, 2, 5"
     assert bench.past.shown and bench.past.playback.rig.now == write.clock - 1
     assert bench.session.view.read("gp", (9,)) == 0
+
+
+def test_a_search_that_is_given_up_ends_at_once_and_another_one_finds():
+    bench = held_after_turns(2)
+    with pytest.raises(UnfinishedError) as unfinished:
+        asyncio.run(bench.virtual.debug(lambda: bench.session.step_back(over=False)))
+    search = unfinished.value.search
+    search.begin()
+    search.cancel()
+    search.run()
+    assert search.cancelled and not bench.past.shown
+    bench.do(lambda: bench.session.step_back(over=False))
+    assert (bench.session.program.counter, bench.past.shown) == (3, True)
 
 
 def test_nothing_can_be_changed_in_the_past():

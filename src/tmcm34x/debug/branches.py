@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final, NamedTuple
 
 from tmcm34x.clock import MS
@@ -110,6 +110,10 @@ class Branch:
         kept = [s for s in self.snapshots if s.clock <= clock and s.inputs <= inputs]
         past = self.inputs[: inputs - self.forgotten]
         return Branch(number, clock, clock, self.number, past, kept, self.forgotten)
+
+    def copy(self) -> Branch:
+        """The same course of events as far as it has come: what happens to this one changes nothing there."""
+        return replace(self, inputs=self.inputs[:], snapshots=self.snapshots[:])
 
     def forget_oldest(self) -> None:
         """Drop the oldest snapshot, and the inputs before the next one."""

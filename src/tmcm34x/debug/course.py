@@ -60,6 +60,10 @@ class Waypoint(NamedTuple):
     state: Value
 
 
+class CancelledError(Exception):
+    """A run along the past was given up."""
+
+
 class Course:
     """A rig on its way along a branch: inputs of the branch are done again at their clocks.
 
@@ -75,11 +79,15 @@ class Course:
         self.branch = branch
         self.done = done
         self.lines = {} if lines is None else lines
+        self.cancelled = False
+        """Set it, in another thread too, to have a run end with `CancelledError`."""
         self._waypoints: dict[int, Waypoint] = {}
         self._holding: Holding | None = None
 
     def next_event(self) -> int:
-        """The next event of the rig, or the next input."""
+        """The next event of the rig, or the next input; raises `CancelledError`."""
+        if self.cancelled:
+            raise CancelledError
         due = self.upcoming
         if due is None:
             return self.rig.next_event()
@@ -118,10 +126,24 @@ class Course:
             self._holding.end()
             self._holding = None
 
+    def go_along(self, branch: Branch, clock: int) -> None:
+        """Bring the rig to `clock` of a branch; raises `HistoryError` where that cannot be reached."""
+        branch.check(clock)
+        if self.branch is not branch:
+            self.take(branch)
+            self.start_from(branch.snapshot_before(clock))
+        self.go_to(clock)
+
     def take(self, branch: Branch) -> None:
         """Go along another branch from now on: `start_from` one of its snapshots next."""
         self.branch = branch
         self._waypoints.clear()
+
+    def share(self, other: Course) -> None:
+        """Take over what another course along the same branch, or its past, has kept on the way."""
+        self._waypoints = {**other._waypoints, **self._waypoints}
+        while len(self._waypoints) > WAYPOINTS:
+            del self._waypoints[next(iter(self._waypoints))]
 
     def start_from(self, place: Snapshot | Waypoint) -> None:
         """Bring the rig to a snapshot of the branch, or to a state that was kept on the way."""

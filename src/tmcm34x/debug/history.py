@@ -59,6 +59,7 @@ class History:
         """Called when the bench was brought to a state that is not of its past."""
         self._looking = Course(rig.replica(), Branch(0, rig.now, rig.now), 0)
         self._course = Course(rig, self._looking.branch, 0)
+        self._apart: Course | None = None
         self._abandoned: list[Branch] = []
         self._branches = 1
         self._lines = 0
@@ -244,12 +245,25 @@ class History:
 
         Raises `HistoryError` where that moment cannot be reached.
         """
-        course, branch = self._looking, branch or self.branch
-        branch.check(clock)
-        if course.branch is not branch:
-            course.take(branch)
-            course.start_from(branch.snapshot_before(clock))
-        course.go_to(clock)
+        self._looking.go_along(branch or self.branch, clock)
+        return self._looking
+
+    @property
+    def looking(self) -> Course:
+        """The course on which the past is looked at."""
+        return self._looking
+
+    def course_apart(self, branch: Branch) -> Course:
+        """A course on a rig of its own along a copy of a branch, for a search in another thread; one at a time."""
+        if self._apart is None:
+            self._apart = Course(self.rig.replica(), branch, 0)
+        course, looking = self._apart, self._looking
+        frozen = branch.copy()
+        course.take(frozen)
+        course.cancelled = False
+        if looking.branch is branch:
+            course.share(looking)
+        course.start_from(frozen.snapshots[0])
         return course
 
     def return_to(self, clock: int, branch: Branch | None = None) -> None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from tmcm34x.debug.reverse import Here
-
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.debug.branches import Branch
@@ -45,10 +43,6 @@ class Playback:
     def branch(self) -> Branch:
         """The branch that is shown."""
         return self.history.branch if self.shown is None else self.shown.branch
-
-    def here(self, module: int = 0) -> Here:
-        """The moment that is shown, as a place where searches begin."""
-        return Here(self.history, self.rig, self.branch, module)
 
     def show(self, clock: int, branch: Branch | None = None) -> None:
         """Show a past moment; raises `HistoryError` where it cannot be reached."""

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.debug.branches import Branch
     from tmcm34x.debug.course import Course
-    from tmcm34x.debug.history import History
     from tmcm34x.firmware.program import Program
 
 FIRST_WINDOW: Final = 256
@@ -73,30 +72,41 @@ def let_pass(_: int) -> bool:
 
 
 class Here(NamedTuple):
-    """Where a search begins: `rig` as it is now, at its clock in `branch`; module: whose program is meant."""
+    """Where a search begins, and the course on which it runs.
 
-    history: History
-    rig: Rig
+    branch: along which the course goes; clock: of the present moment there
+    depth, executed: open CSUBs of the program that is meant, and the commands that it has executed
+    module: whose program is meant
+    """
+
+    course: Course
     branch: Branch
+    clock: int
+    depth: int
+    executed: int
     module: int = 0
 
-    @property
-    def clock(self) -> int:
-        """The clock of the present moment."""
-        return self.rig.now
+    @classmethod
+    def of(cls, rig: Rig, course: Course, branch: Branch, module: int = 0) -> Here:
+        """Where `rig` is in a branch; it may be the rig of the course."""
+        program = rig.modules[module].program
+        return cls(course, branch, rig.now, len(program.stack), program.executed, module)
 
     @property
     def program(self) -> Program:
-        """The program that is meant."""
-        return self.rig.modules[self.module].program
+        """The program that is meant, on the rig of the course."""
+        return self.course.rig.modules[self.module].program
 
-    def view(self, rig: Rig) -> View:
-        """The module on a rig, by names."""
+    @property
+    def view(self) -> View:
+        """The module on the rig of the course, by names."""
+        rig = self.course.rig
         return View.of(rig.modules[self.module], rig.worlds[self.module])
 
     def course_to(self, clock: int) -> Course:
-        """A course along the branch that stands at `clock`; `rig` may be the one that it moves."""
-        return self.history.course_to(clock, self.branch)
+        """The course, brought to `clock`."""
+        self.course.go_along(self.branch, clock)
+        return self.course
 
     def moments(
         self, course: Course, until: int, addresses: frozenset[int] | None = None
@@ -118,7 +128,7 @@ def last_moment(here: Here, wanted: Callable[[Moment], bool]) -> Moment | None:
 
     Runs commands one by one in windows that grow, so that a command shortly before is found at once.
     """
-    step = here.rig.modules[here.module].instruction_clocks
+    step = here.course.rig.modules[here.module].instruction_clocks
     for start, end in stretches(here.branch, here.clock):
         window = FIRST_WINDOW * step
         while True:
@@ -137,10 +147,9 @@ def last_moment(here: Here, wanted: Callable[[Moment], bool]) -> Moment | None:
 
 def previous_command(here: Here, *, over: bool) -> Moment | None:
     """The moment before the last command; `over`: of those in the present routine or further out."""
-    depth, executed = len(here.program.stack), here.program.executed
 
     def wanted(moment: Moment) -> bool:
-        return moment.executed < executed and (not over or moment.depth <= depth)
+        return moment.executed < here.executed and (not over or moment.depth <= here.depth)
 
     return last_moment(here, wanted)
 
@@ -224,7 +233,7 @@ class _Finder:
     def _places(self, start: int, end: int) -> Iterator[Past]:
         """All places after `start` up to `end`."""
         course, here, sought = self._here.course_to(start), self._here, self._sought
-        program, view = course.rig.modules[here.module].program, here.view(course.rig)
+        program, view = here.program, here.view
         control, watched = Control(view.read, _say_nothing), Watches(view)
         breaks = Breaks(course.rig.modules[here.module], course.rig.worlds[here.module], view.read)
         control.set_breakpoints([replace(b, hits=0) for b in sought.breakpoints if not b.message])

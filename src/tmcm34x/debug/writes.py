@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from tmcm34x.debug.course import HELD, REFUSED
-from tmcm34x.debug.expressions import ExpressionError, Reference, compile_reference, values_of
+from tmcm34x.debug.expressions import ExpressionError, compile_reference, values_of
 from tmcm34x.debug.reverse import Here, let_pass, stretches
 from tmcm34x.firmware.commands.coordinates import ALL_COORDINATES, ALL_MOTORS
 from tmcm34x.tmcl.commands import BY_NUMBER, PROGRAM_SIZE
@@ -15,6 +15,7 @@ from tmcm34x.tmcl.mnemonic import format_instruction
 
 if TYPE_CHECKING:
     from tmcm34x.debug.branches import Input
+    from tmcm34x.debug.view import View
 
 USER_BANK: Final = 2
 OUTPUT_BANK: Final = 2
@@ -34,13 +35,24 @@ class Write(NamedTuple):
     after: int
 
 
-def last_write(here: Here, text: str) -> Write | None:
-    """What wrote a value last, though it may have written what was there before; None where nothing did.
+class Written(NamedTuple):
+    """A value whose last write is looked for: a name of `View`, and its indices."""
 
-    text: a reference such as `gp[3]`, `ap[max_speed][0]`, `accumulator`
-    Raises `ExpressionError` where `text` names nothing.
-    """
-    finder = _WriteFinder(here, compile_reference(text))
+    name: str
+    indices: tuple[int, ...]
+
+    @classmethod
+    def of(cls, view: View, text: str) -> Written:
+        """What `text` names now, such as `gp[3]`, `ap[max_speed][0]`, `accumulator`; raises `ExpressionError`."""
+        reference = compile_reference(text)
+        indices = values_of(reference.indices, view.read)
+        view.read(reference.name, indices)
+        return cls(reference.name, indices)
+
+
+def last_write(here: Here, written: Written) -> Write | None:
+    """What wrote a value last, though it may have written what was there before; None where nothing did."""
+    finder = _WriteFinder(here, written)
     for start, end in stretches(here.branch, here.clock):
         found = finder.last_in(start, end)
         if found is not None:
@@ -51,20 +63,18 @@ def last_write(here: Here, text: str) -> Write | None:
 class _WriteFinder:
     """Looks for the last write of a value in a stretch."""
 
-    def __init__(self, here: Here, reference: Reference) -> None:
+    def __init__(self, here: Here, written: Written) -> None:
         self._here = here
-        self._reference = reference
-        self._indices = values_of(reference.indices, here.view(here.rig).read)
-        self._writes = WRITERS.get(reference.name.lower(), {})
+        self._name, self._indices = written
+        self._writes = WRITERS.get(written.name.lower(), {})
         self._found: Write | None = None
-        here.view(here.rig).read(reference.name, self._indices)
-        self._view = here.view(here.history.past)
+        self._view = here.view
         self._before = 0
 
     def last_in(self, start: int, end: int) -> Write | None:
         """The last write after `start` up to `end`."""
         course = self._here.course_to(start)
-        rig, program = course.rig, course.rig.modules[self._here.module].program
+        rig, program = course.rig, self._here.program
         self._found, self._before = None, self._value()
         program.hook(let_pass, None)
         try:
@@ -88,12 +98,12 @@ class _WriteFinder:
     def _value(self) -> int:
         """The value now; 0 without power."""
         try:
-            return self._view.read(self._reference.name, self._indices)
+            return self._view.read(self._name, self._indices)
         except ExpressionError:
             return 0
 
     def _instruction(self, address: int) -> Instruction | None:
-        eeprom = self._here.history.past.modules[self._here.module].eeprom
+        eeprom = self._here.course.rig.modules[self._here.module].eeprom
         return eeprom.read_instruction(address) if 0 <= address < PROGRAM_SIZE else None
 
     def _sent(self, done: Input) -> Instruction | None:

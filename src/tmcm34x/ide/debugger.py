@@ -16,19 +16,23 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn, cast
 
 from tmcm34x.debug.dap import Adapter, Services
 from tmcm34x.debug.dap.messages import RequestError
+from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.debug.sessions.remote import RemoteSession
+from tmcm34x.debug.sessions.search import UnfinishedError
 from tmcm34x.host.exceptions import HostError, LinkError
 from tmcm34x.ide import wire
+from tmcm34x.ide.searching import Searching
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from tmcm34x.debug.sessions.base import Listener
-    from tmcm34x.debug.sessions.live import LiveSession
+    from tmcm34x.debug.sessions.search import Search
     from tmcm34x.ide.permission import Permit
     from tmcm34x.ide.target import Target, Tell
     from tmcm34x.toolchain.assembler import Assembly
@@ -100,6 +104,7 @@ class Debugger:
         self._request: Message = {}
         self._assembly: Assembly | None = None
         self._marks: dict[str, _Marks] = {}
+        self._searching = Searching()
         self._filters: list[str] = []
         self._lock = asyncio.Lock()
         self._attaching = False
@@ -151,6 +156,8 @@ class Debugger:
     def rest(self, on: bool) -> None:
         """Leave the module alone: it would store what it is sent, or is about to be left."""
         self._resting = on
+        if on:
+            self._end_search()
 
     def move(self, target: Target) -> None:
         """Go on with another module; what windows have set is kept, and set there too."""
@@ -244,13 +251,39 @@ class Debugger:
     async def _ask(self, request: Message, window: Window | None = None) -> None:
         adapter = self._adapter
         assert adapter is not None
+        if _moves(request):
+            self._end_search()
+        again = partial(self._try, adapter, request, window)
+        if (search := await again()) is not None:
+            self._searching.go_on(search, again, partial(self._give_up, request, window))
 
-        def ask() -> None:
-            self._asker, self._request = window, request
+    async def _try(self, adapter: Adapter, request: Message, window: Window | None) -> Search | None:
+        """Have the adapter do it; the search along the past that has to run first, if there is one."""
+        if adapter is not self._adapter:
+            self._give_up(request, window)
+            return None
+        try:
+            await self._target.debug(partial(self._handle, adapter, request, window))
+        except UnfinishedError as unfinished:
+            return unfinished.search
+        return None
+
+    def _handle(self, adapter: Adapter, request: Message, window: Window | None) -> None:
+        self._asker, self._request = window, request
+        try:
             adapter.handle(request)
+        finally:
             self._asker, self._request = None, {}
 
-        await self._target.debug(ask)
+    def _give_up(self, request: Message, window: Window | None) -> None:
+        if window is not None:
+            window.take(_response(request, "given up: something else was asked for"))
+
+    def _end_search(self) -> None:
+        """Give up what is being looked for in the past, and forget what was found."""
+        target = None if self._adapter is None else self._adapter.target
+        if isinstance(target, LiveSession):
+            target.end_search()
 
     async def know(self, assembly: Assembly | None) -> None:
         """The program in the module comes from this text."""
@@ -364,6 +397,29 @@ class Debugger:
             for at, known in enumerate(marks.placed):
                 if known["id"] == place["id"]:
                     marks.placed[at] = place
+
+
+_MOVING: Final = frozenset(
+    {
+        "continue",
+        "next",
+        "stepIn",
+        "stepOut",
+        "stepBack",
+        "reverseContinue",
+        "pause",
+        "goto",
+        "restartFrame",
+        "restart",
+    }
+)
+"""Requests that move the program: what an earlier one looks for in the past is wanted no more."""
+
+
+def _moves(request: Message) -> bool:
+    arguments = request.get("arguments")
+    console = isinstance(arguments, dict) and cast(Message, arguments).get("context") == "repl"
+    return request.get("command") in _MOVING or (request.get("command") == "evaluate" and console)
 
 
 def _is_logged(message: Mapping[str, Any]) -> bool:

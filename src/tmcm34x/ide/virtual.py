@@ -231,6 +231,7 @@ class Virtual:
         if self._session is not None:
             self._session.close()
         self._session = LiveSession(self.module, listener, world=self.world, playback=self.past.playback)
+        self._session.searches_apart = True
         self._attended.session = self._session
         return self._session
 

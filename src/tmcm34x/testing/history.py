@@ -23,7 +23,8 @@ from tmcm34x.debug.conditions import Condition
 from tmcm34x.debug.history import LIMIT
 from tmcm34x.debug.history import History as Kept
 from tmcm34x.debug.reverse import Here, stretches
-from tmcm34x.debug.writes import Write, last_write
+from tmcm34x.debug.view import View
+from tmcm34x.debug.writes import Write, Written, last_write
 from tmcm34x.testing.base import PATIENCE_S, TooLateError
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
@@ -238,10 +239,14 @@ class History:
         what: such as `gp[3]`, `ap[max_speed][0]`, `accumulator`
         Raises `ExpressionError` where it names nothing.
         """
-        return self.access(lambda: last_write(self._here(), what))
+        return self.access(lambda: last_write(self._here(), Written.of(self._view, what)))
 
     def _here(self) -> Here:
-        return Here(self.kept, self.rig, self.kept.branch, self.module)
+        return Here.of(self.rig, self.kept.looking, self.kept.branch, self.module)
+
+    @property
+    def _view(self) -> View:
+        return View.of(self.rig.modules[self.module], self.rig.worlds[self.module])
 
 
 def _let_pass(_: int) -> bool:

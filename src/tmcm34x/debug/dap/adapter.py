@@ -30,6 +30,7 @@ from tmcm34x.debug.dap.run_control import THREAD, RunControl
 from tmcm34x.debug.dap.sources import Sources
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Session
+from tmcm34x.debug.sessions.search import UnfinishedError
 from tmcm34x.host import HostError
 from tmcm34x.toolchain.assembler import Assembly
 
@@ -109,7 +110,10 @@ class Adapter:
     # Messages
 
     def handle(self, message: Any) -> None:
-        """Do what a message from the editor asks for."""
+        """Do what a message from the editor asks for.
+
+        Raises `UnfinishedError` where the session keeps searches apart: call it again when the search has run.
+        """
         if not isinstance(message, dict):
             self._respond(0, "", error="no message of the protocol")
             return
@@ -125,6 +129,9 @@ class Adapter:
             body = self._handle(command, fields.get("arguments"))
         except (RequestError, ExpressionError, HistoryError, HostError) as error:
             self._respond(seq, command, error=str(error))
+        except UnfinishedError:
+            self._deferred = None
+            raise
         else:
             self._respond(seq, command, body=body)
             if command == "disconnect":

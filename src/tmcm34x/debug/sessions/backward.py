@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from tmcm34x.debug.control import Control, Reason, Stop
 from tmcm34x.debug.reverse import Sought, previous_command, previous_stop
-from tmcm34x.debug.writes import Write, last_write
+from tmcm34x.debug.writes import Write, Written, last_write
 
 if TYPE_CHECKING:
     from tmcm34x.debug.breaks import Breaks
     from tmcm34x.debug.reverse import Here
+    from tmcm34x.debug.view import View
     from tmcm34x.debug.watches import Watches
 
+Found = TypeVar("Found")
 
 BEFORE_COMMANDS: Final[frozenset[Reason]] = frozenset({"breakpoint", "step", "goto", "entry"})
 """Reasons for which a program is held before its next command; for others, after an event."""
@@ -24,6 +27,7 @@ class Backward:
     control: Control
     watches: Watches
     breaks: Breaks
+    view: View
 
     def _here(self) -> Here:
         """Where it is; raises `HistoryError` where there is no history."""
@@ -39,7 +43,7 @@ class Backward:
         Raises `HistoryError` where there is no history.
         """
         here = self._here()
-        moment = previous_command(here, over=over)
+        moment = self._find(("command", over), lambda start: previous_command(start, over=over))
         if moment is None:
             self._go_to_beginning(here, "")
         else:
@@ -49,7 +53,7 @@ class Backward:
         """Go back to where a breakpoint or data breakpoint would have held last, or to the beginning."""
         here = self._here()
         sought = self._sought
-        found = previous_stop(here, sought)
+        found = self._find(("stop",), lambda start: previous_stop(start, sought))
         if found is None:
             self._go_to_beginning(here, ": nothing held before" if any(sought) else "")
         else:
@@ -57,13 +61,16 @@ class Backward:
 
     def who_wrote(self, text: str) -> Write | None:
         """What wrote a value last; goes to just before that.  Raises `ExpressionError` where `text` names nothing."""
-        here = self._here()
-        clock, write = here.clock, last_write(here, text)
+        written, here = Written.of(self.view, text), self._here()
+        write = self._find(("write", text), lambda start: last_write(start, written))
         if write is not None:
             self._go_back(max(here.branch.oldest, write.clock - 1), Stop("goto", write.address, write.cause))
-        elif here.rig.now != clock:
-            here.course_to(clock)
         return write
+
+    def _find(self, what: tuple[Any, ...], search: Callable[[Here], Found]) -> Found:
+        """What `search` finds from here; `what` says what it looks for."""
+        del what
+        return search(self._here())
 
     @property
     def _sought(self) -> Sought:

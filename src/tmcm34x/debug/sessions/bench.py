@@ -240,7 +240,7 @@ class BenchSession(Backward, LocalSession):
 
     def _here(self) -> Here:
         history = self._known_history()
-        return Here(history, self.rig, history.branch, self._number)
+        return Here.of(self.rig, history.looking, history.branch, self._number)
 
     def _go_back(self, clock: int, stop: Stop) -> None:
         self._known_history().return_to(clock)

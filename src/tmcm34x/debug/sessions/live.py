@@ -7,8 +7,8 @@ what was recorded up to the present, and what would change anything is refused.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from tmcm34x.debug.branches import HistoryError
 from tmcm34x.debug.breaks import Wanted
@@ -16,9 +16,10 @@ from tmcm34x.debug.control import Breakpoint, Stop
 from tmcm34x.debug.course import CONTROLS, HELD, REFUSED
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.reverse import Here, next_command, next_stop
-from tmcm34x.debug.sessions.backward import Backward
+from tmcm34x.debug.sessions.backward import Backward, Found
 from tmcm34x.debug.sessions.base import Listener, Text
 from tmcm34x.debug.sessions.local import LocalSession
+from tmcm34x.debug.sessions.search import Outcome, Search, UnfinishedError
 from tmcm34x.debug.view import View
 from tmcm34x.debug.watches import Watch
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from tmcm34x.bench import World
     from tmcm34x.debug.playback import Playback
     from tmcm34x.firmware.module import FirmwareModule
+    from tmcm34x.firmware.program import Program
     from tmcm34x.tmcl.datagram import Instruction
 
 POLL_S: Final = 0.05
@@ -67,7 +69,7 @@ class LiveSession(Backward, LocalSession):
     ) -> None:
         super().__init__(module, world, listener, text)
         self._present = Scene(module, self.view)
-        self._live = self.program
+        self._live: Program = self.program
         self._going = self._live.active
         self._controls = self._live.controls
         self._live.on_refusal.append(self._holds_after)
@@ -75,6 +77,10 @@ class LiveSession(Backward, LocalSession):
         self._past = self._present
         self._past_stop: Stop | None = None
         """Why a past moment is shown; None where it was just chosen."""
+        self.searches_apart = False
+        """Methods that look for something in the past raise `UnfinishedError`, and find it when called again."""
+        self._search: Search | None = None
+        self._found: dict[tuple[Any, ...], Outcome] = {}
         if playback is not None:
             self._follow(playback)
 
@@ -132,6 +138,7 @@ class LiveSession(Backward, LocalSession):
 
     def close(self) -> None:
         """End the run control; the program goes on."""
+        self.end_search()
         self.set_breakpoints([])
         self.breaks.close()
         self._live.unhook(self._before)
@@ -258,6 +265,7 @@ class LiveSession(Backward, LocalSession):
 
     def _turn_to(self) -> None:
         """Look at the moment that is shown now."""
+        self.end_search()
         scene = self._past if self._looking_back else self._present
         scene.view.symbols = self.view.symbols
         self.module, self.view, self.program = scene.module, scene.view, scene.module.program
@@ -265,6 +273,7 @@ class LiveSession(Backward, LocalSession):
 
     def _begin_anew(self) -> None:
         """The bench was brought back: whatever was under way here has not happened."""
+        self.end_search()
         self._controls = self._live.controls
         self._stop, self._going = None, self._live.active
         self.control.clear_step()
@@ -272,10 +281,15 @@ class LiveSession(Backward, LocalSession):
         self.watches.look_again()
         self._attach()
 
-    def _here(self) -> Here:
+    def _known_playback(self) -> Playback:
         if self._playback is None:
             raise HistoryError(self.irreversible)
-        return self._playback.here(self._number)
+        return self._playback
+
+    def _here(self) -> Here:
+        playback = self._known_playback()
+        course = playback.history.looking
+        return Here.of(playback.rig, course, playback.branch, self._number)
 
     def _go_back(self, clock: int, stop: Stop) -> None:
         if self._playback is not None:
@@ -283,33 +297,52 @@ class LiveSession(Backward, LocalSession):
             self._past_stop = stop
             self.listener.held(stop._replace(address=self.program.counter))
 
+    def _find(self, what: tuple[Any, ...], search: Callable[[Here], Found]) -> Found:
+        if not self.searches_apart:
+            return super()._find(what, search)
+        if what in self._found:
+            return cast(Found, self._found[what]())
+        self._search = Search(self._known_playback(), self._number, what, search, self._found)
+        raise UnfinishedError(self._search)
+
+    def end_search(self) -> None:
+        """Give up what is being looked for, and forget what was found."""
+        self._found.clear()
+        if self._search is not None:
+            self._search.cancel()
+            self._search = None
+
     def _go_forward(self, step: tuple[int | None] | None) -> None:
         """Along what was recorded: to the end of a step (how deep it may end), or to where something held."""
         here = self._here()
-        clock = here.clock
-        moment = None if step is None else next_command(here, *step)
+        moment = (
+            None if step is None else self._find(("next", *step), lambda start: next_command(start, *step))
+        )
         end = here.branch.end if moment is None else moment.clock
-        here.course_to(clock)
-        found = next_stop(here, self._sought, end)
-        if found is not None and not self._is_present(here, found.clock):
+        sought = self._sought
+        found = self._find(("next stop", step), lambda start: next_stop(start, sought, end))
+        if found is not None and not self._is_present(found.clock):
             self._go_back(*found)
         elif moment is not None and found is None:
             self._go_back(moment.clock, Stop("step", moment.address))
         else:
-            self._go_to_end(here)
+            self._go_to_end()
 
-    def _is_present(self, here: Here, clock: int) -> bool:
+    def _is_present(self, clock: int) -> bool:
         """Whether the program stands there as it is held now."""
-        here.course_to(clock)
-        at_end = here.branch is here.history.branch and not self._live.active
-        return at_end and here.program.executed == self._live.executed
+        history = self._known_playback().history
+        if self._known_playback().branch is not history.branch or self._live.active:
+            return False
+        there = history.look_at(clock).modules[self._number].program
+        return there.executed == self._live.executed
 
-    def _go_to_end(self, here: Here) -> None:
+    def _go_to_end(self) -> None:
         """To the present, or to the end of a branch that was left."""
-        if here.branch is not here.history.branch:
-            self._go_back(here.branch.end, Stop("goto", -1, "the end of this branch"))
-        elif self._playback is not None:
-            self._playback.leave()
+        playback = self._known_playback()
+        if playback.branch is not playback.history.branch:
+            self._go_back(playback.branch.end, Stop("goto", -1, "the end of this branch"))
+        else:
+            playback.leave()
             if not self.running:
                 self.listener.held(self.stop or Stop("pause", self._live.counter))
 
