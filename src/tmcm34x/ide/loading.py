@@ -164,7 +164,7 @@ class Loading:
 
         An empty list where it has erased the one that was known.
         """
-        if not isinstance(self._target, Virtual) or self._target.module.program.downloading:
+        if self.busy or not isinstance(self._target, Virtual) or self._target.module.program.downloading:
             return None
         eeprom = self._target.module.eeprom
         if eeprom.revision == self._revision:
