@@ -15,7 +15,7 @@ import {
     ask,
 } from "../logic/app";
 import type { SetBench } from "../wire";
-import { Empty, Lamp, Switch } from "../widgets/basics";
+import { Empty, IconButton, Lamp, Switch } from "../widgets/basics";
 import { NumberField } from "../widgets/fields";
 import { Icon } from "../widgets/icons";
 import { remembered } from "../logic/settings";
@@ -44,16 +44,14 @@ export function TimeControls() {
     const listed = SPEEDS.some(([value]) => Math.abs(value - asked) < 1e-6);
     return (
         <span class="time-controls">
-            <button
-                class={`tool ${timePaused.value ? "on" : ""}`}
-                aria-pressed={timePaused.value}
-                aria-label="Hold time"
+            <IconButton
+                icon={timePaused.value ? "play" : "pause"}
+                pressed={timePaused.value}
+                label="Hold time"
                 disabled={!online.value}
                 title="Hold time: module and world stand still (Ctrl+F9)"
                 onClick={() => ask({ call: "set_time", paused: !timePaused.value })}
-            >
-                <Icon name={timePaused.value ? "play" : "pause"} />
-            </button>
+            />
             <button
                 class="tool text"
                 title="Let one millisecond pass, then hold (Ctrl+F10)"
@@ -252,14 +250,14 @@ export function Bench() {
                     {[0, 1, 2, 3, 4, 5, 6, 7].map(n => (
                         <div class="input" key={n}>
                             {world.value?.inputs.includes(n) ? (
-                                <button
-                                    class="tool number-label"
-                                    aria-label={`Give input ${n} back to the bench`}
+                                <IconButton
+                                    icon="undo"
+                                    size={11}
+                                    class="number-label"
+                                    label={`Give input ${n} back to the bench`}
                                     title="Held by hand; a click gives it back to the bench"
                                     onClick={() => set("source", n, 0)}
-                                >
-                                    <Icon name="undo" size={11} />
-                                </button>
+                                />
                             ) : (
                                 <span class="number-label">{n}</span>
                             )}

@@ -22,6 +22,7 @@ import {
 import { Icon } from "../widgets/icons";
 import { ByHand, Recent } from "./connection/by-hand";
 import { Module, Scanning } from "./connection/scan";
+import { IconButton } from "../widgets/basics";
 
 export function ConnectionPage() {
     useEffect(() => {
@@ -102,9 +103,7 @@ function Trouble() {
                     Wait for it
                 </button>
             )}
-            <button class="tool" aria-label="Dismiss" onClick={() => (trouble.value = null)}>
-                <Icon name="close" size={12} />
-            </button>
+            <IconButton icon="close" size={12} label="Dismiss" onClick={() => (trouble.value = null)} />
         </div>
     );
 }
@@ -120,14 +119,7 @@ function Serial() {
             <header>
                 <h3>Serial ports</h3>
                 <span class="gap" />
-                <button
-                    class="tool"
-                    aria-label="Look for ports again"
-                    title="Look for ports again"
-                    onClick={() => listPorts()}
-                >
-                    <Icon name="undo" />
-                </button>
+                <IconButton icon="undo" label="Look for ports again" onClick={() => listPorts()} />
             </header>
             {list && !lines.length && (
                 <p class="muted">This computer lists no serial ports. Another name can be typed below.</p>

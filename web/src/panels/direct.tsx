@@ -5,8 +5,7 @@ import { remembered } from "../logic/settings";
 import { currentView } from "../editor/editor";
 import type { CommandShape, Exchange, OperandShape, Parameter } from "../wire";
 import { readNumber } from "../logic/text";
-import { Empty } from "../widgets/basics";
-import { Icon } from "../widgets/icons";
+import { Empty, IconButton } from "../widgets/basics";
 
 const chosen = remembered("direct-command", 6);
 const fields = remembered<Record<string, string>>("direct-fields", { type: "0", motor: "0", value: "0" });
@@ -240,31 +239,10 @@ function Answer({ exchange }: { exchange: Exchange }) {
             </span>
             <span class="acts">
                 {exchange.sent && (
-                    <button
-                        class="tool"
-                        title="Copy the bytes"
-                        aria-label="Copy the bytes"
-                        onClick={() => void copyBytes(exchange)}
-                    >
-                        <Icon name="table" />
-                    </button>
+                    <IconButton icon="table" label="Copy the bytes" onClick={() => void copyBytes(exchange)} />
                 )}
-                <button
-                    class="tool"
-                    title="Send again"
-                    aria-label="Send again"
-                    onClick={() => executeLine(exchange.text)}
-                >
-                    <Icon name="continue" />
-                </button>
-                <button
-                    class="tool"
-                    title="Copy to the editor"
-                    aria-label="Copy to the editor"
-                    onClick={() => insertIntoEditor(exchange.text)}
-                >
-                    <Icon name="copy" />
-                </button>
+                <IconButton icon="continue" label="Send again" onClick={() => executeLine(exchange.text)} />
+                <IconButton icon="copy" label="Copy to the editor" onClick={() => insertIntoEditor(exchange.text)} />
             </span>
         </div>
     );

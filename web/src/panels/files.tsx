@@ -4,7 +4,7 @@ import { useLayoutEffect, useRef } from "preact/hooks";
 import { ask, files, welcome } from "../logic/app";
 import { active, documents, mainFile, newFile, openFile, openPage, problems, rename } from "../logic/documents";
 import { remembered } from "../logic/settings";
-import { walk } from "../widgets/basics";
+import { IconButton, walk } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 import type { FileEntry } from "../wire";
 
@@ -29,9 +29,7 @@ export function Files() {
         <nav class="files" aria-label="Files">
             <header>
                 <span title={welcome.value?.folder}>{name}</span>
-                <button class="tool" title="New program (Alt+N)" aria-label="New program" onClick={() => newFile()}>
-                    <Icon name="plus" />
-                </button>
+                <IconButton icon="plus" title="New program (Alt+N)" label="New program" onClick={() => newFile()} />
             </header>
             <div class="tree" role="tree" aria-label="Files" onKeyDown={walk}>
                 {list

@@ -4,7 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { ask, can, connection, droppedTelegrams, lastTelegram, online, tables, telegrams } from "../logic/app";
 import { remembered } from "../logic/settings";
 import { matches } from "../logic/text";
-import { Empty, offer } from "../widgets/basics";
+import { Empty, IconButton, offer } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
 const filter = remembered("log-filter", "");
@@ -93,34 +93,21 @@ export function Log() {
                     </label>
                 )}
                 <span class="gap" />
-                <button
-                    class={`tool ${following.value ? "on" : ""}`}
-                    aria-pressed={following.value}
-                    title="Stay at the newest line"
-                    aria-label="Stay at the newest line"
+                <IconButton
+                    icon="down"
+                    pressed={following.value}
+                    label="Stay at the newest line"
                     onClick={() => (following.value = !following.value)}
-                >
-                    <Icon name="down" />
-                </button>
-                <button
-                    class="tool"
-                    title="Save the lines shown"
-                    aria-label="Save the lines shown"
-                    onClick={() => offer("telegrams.txt", text())}
-                >
-                    <Icon name="save" />
-                </button>
-                <button
-                    class="tool"
-                    title="Forget all lines"
-                    aria-label="Forget all lines"
+                />
+                <IconButton icon="save" label="Save the lines shown" onClick={() => offer("telegrams.txt", text())} />
+                <IconButton
+                    icon="trash"
+                    label="Forget all lines"
                     onClick={() => {
                         telegrams.value = [];
                         droppedTelegrams.value = 0;
                     }}
-                >
-                    <Icon name="trash" />
-                </button>
+                />
             </div>
             {shown.value.length ? (
                 <div

@@ -21,7 +21,7 @@ import { question } from "../logic/confirm";
 import { palette } from "../logic/layout";
 import { score } from "../logic/text";
 import { SECTIONS, TOOLS, section, tool, type SectionName, type ToolName } from "../logic/views";
-import { Modal } from "../widgets/basics";
+import { IconButton, Modal } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
 interface Row {
@@ -158,9 +158,7 @@ export function Overview() {
         <Modal class="overview" label="Keyboard shortcuts" onClose={() => (overview.value = false)}>
             <header>
                 <h2>Keyboard shortcuts</h2>
-                <button class="tool" aria-label="Close" onClick={() => (overview.value = false)}>
-                    <Icon name="close" />
-                </button>
+                <IconButton icon="close" label="Close" onClick={() => (overview.value = false)} />
             </header>
             <div class="groups">
                 {groups.map(group => (
@@ -271,9 +269,7 @@ export function Notices() {
                             {notice.action.title}
                         </button>
                     )}
-                    <button class="tool" aria-label="Dismiss" onClick={() => dismiss(notice.id)}>
-                        <Icon name="close" size={12} />
-                    </button>
+                    <IconButton icon="close" size={12} label="Dismiss" onClick={() => dismiss(notice.id)} />
                 </div>
             ))}
             {progress.value && (

@@ -5,7 +5,7 @@ import { shownTheme } from "../logic/actions";
 import { COUNTER_COLUMN, clockSeconds, OUTPUT_COLUMN, samples, setWatches, watches, welcome } from "../logic/app";
 import { past } from "../logic/past";
 import { toCsv, toVcd, type Curve } from "../logic/export";
-import { Choice, Empty, Menu, offer } from "../widgets/basics";
+import { Choice, Empty, IconButton, Menu, offer } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 import { makeChart, type Chart, type Reading, type View } from "./plot/chart";
 import {
@@ -160,15 +160,13 @@ export function Plot() {
                 <span class="gap" />
                 <Choice label="Span" value={span.value} options={SPANS} onChange={value => (span.value = value)} />
                 <TriggerMenu curves={curves.value} />
-                <button
-                    class={`tool ${frozen.value ? "on" : ""}`}
+                <IconButton
+                    icon="pause"
                     title="Hold the picture"
-                    aria-label="Hold the plot"
-                    aria-pressed={frozen.value}
+                    label="Hold the plot"
+                    pressed={frozen.value}
                     onClick={() => (frozen.value = !frozen.value)}
-                >
-                    <Icon name="pause" />
-                </button>
+                />
                 <button
                     class={`tool ${zoomed.value ? "on" : ""}`}
                     disabled={!zoomed.value}

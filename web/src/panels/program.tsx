@@ -33,9 +33,8 @@ import {
 import { remembered } from "../logic/settings";
 import { openFile } from "../logic/documents";
 import { keyOf, parameters, refresh, touched, wanted } from "../logic/parameters";
-import { ActionButton, Empty } from "../widgets/basics";
+import { ActionButton, Empty, IconButton } from "../widgets/basics";
 import { NumberField } from "../widgets/fields";
-import { Icon } from "../widgets/icons";
 
 const frames = signal<Frame[]>([]);
 const FLAG_NAMES: Record<string, string> = {
@@ -242,13 +241,12 @@ function BreakpointRow({ point }: { point: Breakpoint }) {
                     met {met}×
                 </span>
             )}
-            <button
-                class="tool"
-                aria-label={`Remove breakpoint at line ${point.line}`}
+            <IconButton
+                icon="close"
+                size={12}
+                label={`Remove breakpoint at line ${point.line}`}
                 onClick={() => setBreakpoints(breakpoints.value.filter(other => other !== point))}
-            >
-                <Icon name="close" size={12} />
-            </button>
+            />
         </li>
     );
 }
@@ -318,9 +316,12 @@ function Watches() {
                                 {value === undefined ? "…" : "no value"}
                             </span>
                         )}
-                        <button class="tool" aria-label={`Remove watch ${expression}`} onClick={() => change(at, "")}>
-                            <Icon name="close" size={12} />
-                        </button>
+                        <IconButton
+                            icon="close"
+                            size={12}
+                            label={`Remove watch ${expression}`}
+                            onClick={() => change(at, "")}
+                        />
                     </div>
                 );
             })}

@@ -1,7 +1,7 @@
 // The card of the guided tour, beside what it is about, and the offer to take it.
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { STOPS, beginTour, endTour, goOn, tourAt, tourSeen } from "../logic/tour";
-import { Icon } from "../widgets/icons";
+import { IconButton } from "../widgets/basics";
 
 const MARGIN = 12;
 
@@ -81,9 +81,7 @@ export function TourOffer() {
             <button class="link" onClick={beginTour}>
                 Take the tour
             </button>
-            <button class="tool" aria-label="No tour" title="Do not offer it again" onClick={endTour}>
-                <Icon name="close" size={11} />
-            </button>
+            <IconButton icon="close" size={11} label="No tour" title="Do not offer it again" onClick={endTour} />
         </span>
     );
 }

@@ -26,6 +26,33 @@ export function ActionButton({ id, label = false, tone = "" }: { id: string; lab
     );
 }
 
+/** A button with an icon alone: `label` is its name, `title` says more. */
+export function IconButton(props: {
+    icon: string;
+    label: string;
+    onClick: () => void;
+    title?: string;
+    size?: number;
+    class?: string;
+    disabled?: boolean;
+    pressed?: boolean;
+    expanded?: boolean;
+}) {
+    return (
+        <button
+            class={`tool ${props.class ?? ""} ${props.pressed ? "on" : ""}`}
+            aria-label={props.label}
+            aria-pressed={props.pressed}
+            aria-expanded={props.expanded}
+            title={props.title ?? props.label}
+            disabled={props.disabled}
+            onClick={() => props.onClick()}
+        >
+            <Icon name={props.icon} size={props.size} />
+        </button>
+    );
+}
+
 export function Lamp({
     on,
     label,

@@ -1,8 +1,8 @@
 // A line by hand, and the lines that were connected to before.
 import { connectTo, far, found, ports, recent, scan, scanned, scanning, underWay } from "../../logic/modules";
 import { remembered } from "../../logic/settings";
-import { Icon } from "../../widgets/icons";
 import { Module } from "./scan";
+import { IconButton } from "../../widgets/basics";
 
 const BAUDS = [9600, 14400, 19200, 28800, 38400, 57600, 76800, 115200];
 
@@ -150,13 +150,12 @@ export function Recent() {
                 {recent.value.map(url => (
                     <li key={url}>
                         <code>{url}</code>
-                        <button
-                            class="tool"
-                            aria-label={`Forget ${url}`}
+                        <IconButton
+                            icon="close"
+                            size={12}
+                            label={`Forget ${url}`}
                             onClick={() => (recent.value = recent.value.filter(other => other !== url))}
-                        >
-                            <Icon name="close" size={12} />
-                        </button>
+                        />
                         <button disabled={!!underWay.value} onClick={() => connectTo(url)}>
                             Connect
                         </button>

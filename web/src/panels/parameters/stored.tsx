@@ -3,8 +3,8 @@ import { ask, axisParameter, online, send, tables } from "../../logic/app";
 import { notReady, ready } from "../../logic/authority";
 import { COORDINATE_BANK, globalValue, keyOf, parameters, refresh, touched } from "../../logic/parameters";
 import { NumberField } from "../../widgets/fields";
-import { Icon } from "../../widgets/icons";
 import { want } from "../program";
+import { IconButton } from "../../widgets/basics";
 
 export function Variables() {
     want("variables");
@@ -22,22 +22,20 @@ export function Variables() {
                         label={`User variable ${row.number}`}
                         onCommit={value => void send("SGP", row.number, 2, value).then(refresh)}
                     />
-                    <button
-                        class="tool"
+                    <IconButton
+                        icon="save"
+                        size={13}
                         title="Store (STGP)"
-                        aria-label={`Store variable ${row.number}`}
+                        label={`Store variable ${row.number}`}
                         onClick={() => send("STGP", row.number, 2)}
-                    >
-                        <Icon name="save" size={13} />
-                    </button>
-                    <button
-                        class="tool"
+                    />
+                    <IconButton
+                        icon="undo"
+                        size={13}
                         title="Bring back what is stored (RSGP)"
-                        aria-label={`Restore variable ${row.number}`}
+                        label={`Restore variable ${row.number}`}
                         onClick={() => void send("RSGP", row.number, 2).then(refresh)}
-                    >
-                        <Icon name="undo" size={13} />
-                    </button>
+                    />
                 </div>
             ))}
         </div>

@@ -1,8 +1,6 @@
 // The driver chain of the motion chip: which signal stands at which bit of the drivers' datagram.
-import { useSignal } from "@preact/signals";
-import { useEffect } from "preact/hooks";
-import { CHAIN_END, SIGNALS, cells, readTable, tmc246Chain } from "../../logic/chip_tables";
-import { Apply, NotRead } from "./wave";
+import { CHAIN_END, SIGNALS, tmc246Chain } from "../../logic/chip_tables";
+import { Apply, NotRead, useDraft } from "./chip-table";
 
 const SIGNAL = 0x1f;
 const PRESETS = [
@@ -22,15 +20,11 @@ function drivers(table: readonly number[]): number[] {
 }
 
 export function Chain() {
-    const known = cells.value.driver_chain;
-    const draft = useSignal<number[] | null>(null);
-    useEffect(() => void readTable("driver_chain"), []);
-    if (!known) return <NotRead icon="list" name="driver_chain" what="chain" />;
-    const shown = draft.value ?? known;
-    const changed = shown.filter((value, at) => value !== known[at]).length;
+    const draft = useDraft("driver_chain");
+    if (!draft) return <NotRead icon="list" name="driver_chain" what="chain" />;
+    const { known, shown, set } = draft;
     const owners = drivers(shown);
     const ends = shown.filter(cell => cell & CHAIN_END).length;
-    const set = (at: number, value: number) => (draft.value = shown.map((old, n) => (n === at ? value : old)));
     return (
         <div class="tool-body chip-table">
             <p class="muted note">
@@ -45,7 +39,7 @@ export function Chain() {
                         value=""
                         onChange={event => {
                             const decay = event.currentTarget.value as "off" | "falling" | "on" | "";
-                            if (decay) draft.value = tmc246Chain(decay);
+                            if (decay) draft.take(tmc246Chain(decay));
                             event.currentTarget.value = "";
                         }}
                     >
@@ -59,13 +53,7 @@ export function Chain() {
                 </label>
                 {ends !== 3 && <span class="pill bad">{ends} end marks: three drivers need three</span>}
             </div>
-            <Apply
-                name="driver_chain"
-                title="Another driver chain"
-                draft={draft.value}
-                changed={changed}
-                drop={() => (draft.value = null)}
-            />
+            <Apply draft={draft} title="Another driver chain" />
             <div class="chain">
                 {shown.map((cell, at) => (
                     <div key={at} class={`chain-cell driver${owners[at]} ${cell !== known[at] ? "unsent" : ""}`}>

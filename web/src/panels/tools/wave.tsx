@@ -1,10 +1,9 @@
 // The microstep wave of the motion chip: drawn, changed by formula, by drag or by number, and sent after a summary.
 import { useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
-import { online } from "../../logic/app";
-import { CELLS, cells, coil, keepTable, readTable, sine, writeTable } from "../../logic/chip_tables";
+import { useRef } from "preact/hooks";
+import { CELLS, coil, sine } from "../../logic/chip_tables";
 import { LocalNumber } from "../../widgets/fields";
-import { Empty } from "../../widgets/basics";
+import { Apply, NotRead, useDraft } from "./chip-table";
 
 const PLACES = 256;
 const HIGHEST = 63;
@@ -20,24 +19,11 @@ const line = (table: readonly number[], shift: number): string =>
         return `${place ? "L" : "M"}${x.toFixed(1)} ${(MIDDLE - coil(table, (place + shift) & 255) * SCALE).toFixed(1)}`;
     }).join("");
 
-/** In place of a table that the module has not sent. */
-export const NotRead = (props: { icon: string; name: Parameters<typeof readTable>[0]; what: string }) => (
-    <Empty icon={props.icon} title="Not read yet">
-        <button class="link" disabled={!online.value} onClick={() => readTable(props.name)}>
-            Read the {props.what} of the module
-        </button>
-    </Empty>
-);
-
 export function Wave() {
-    const known = cells.value.microstep_table;
-    const draft = useSignal<number[] | null>(null);
+    const draft = useDraft("microstep_table");
     const offset = useSignal(0);
-    useEffect(() => void readTable("microstep_table"), []);
-    if (!known) return <NotRead icon="wave" name="microstep_table" what="wave" />;
-    const shown = draft.value ?? known;
-    const changed = shown.filter((value, at) => value !== known[at]).length;
-    const set = (at: number, value: number) => (draft.value = shown.map((old, n) => (n === at ? value : old)));
+    if (!draft) return <NotRead icon="wave" name="microstep_table" what="wave" />;
+    const { known, shown, changed, set } = draft;
     return (
         <div class="tool-body chip-table">
             <Drawing table={shown} before={changed ? known : null} onSet={set} />
@@ -53,16 +39,10 @@ export function Wave() {
                         onInput={value => value !== null && (offset.value = value)}
                     />
                 </label>
-                <button onClick={() => (draft.value = sine(offset.value))}>Take this sine</button>
+                <button onClick={() => draft.take(sine(offset.value))}>Take this sine</button>
                 <span class="muted note">An offset of 1 suits most motors in mixed decay.</span>
             </div>
-            <Apply
-                name="microstep_table"
-                title="Another microstep wave"
-                draft={draft.value}
-                changed={changed}
-                drop={() => (draft.value = null)}
-            />
+            <Apply draft={draft} title="Another microstep wave" />
             <h3>Quarter wave, 64 values of 0 to 63</h3>
             <div class="cells">
                 {shown.map((value, at) => (
@@ -131,51 +111,5 @@ function Drawing({
                 coil B
             </text>
         </svg>
-    );
-}
-
-/** Sending a draft, dropping it, and the table in the EEPROM. */
-export function Apply(props: {
-    name: "driver_chain" | "microstep_table";
-    title: string;
-    draft: number[] | null;
-    changed: number;
-    drop: () => void;
-}) {
-    const { name, draft, changed } = props;
-    const send = async () => {
-        await writeTable(name, draft!, props.title);
-        if (draft!.every((cell, at) => cell === cells.peek()[name]?.[at])) props.drop();
-    };
-    return (
-        <div class="row">
-            <button class="primary" disabled={!changed || !online.value} onClick={send}>
-                Apply…
-            </button>
-            <button disabled={!draft} onClick={props.drop}>
-                Drop the draft
-            </button>
-            <span class={`pill ${changed ? "warn" : ""}`}>
-                {changed ? `${changed} ${changed === 1 ? "cell is" : "cells are"} not sent` : "as in the module"}
-            </span>
-            <span class="gap" />
-            <button disabled={!online.value} onClick={() => readTable(name)}>
-                Read again
-            </button>
-            <button
-                disabled={!online.value || !!changed}
-                title="STGP: the whole table into the EEPROM"
-                onClick={() => keepTable(name, "STGP")}
-            >
-                Store
-            </button>
-            <button
-                disabled={!online.value}
-                title="RSGP: the whole table out of the EEPROM"
-                onClick={() => keepTable(name, "RSGP")}
-            >
-                Restore
-            </button>
-        </div>
     );
 }
