@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from chips.harness import TICK, Pair, chip_with, events_until, get_field, path, set_field, signed24
 from chips.oracle import RAMP, VELOCITY, Oracle
 from tmcm34x.chips.ramp import brake_factor
+from tmcm34x.chips.ramp.braking import Braking
 from tmcm34x.chips.ramp.parts import floors
 from tmcm34x.chips.registers import BY_NAME
 from tmcm34x.chips.tmc429 import Tmc429
@@ -459,3 +460,26 @@ def test_a_turn_that_a_switch_forbids_ends_with_an_event_at_speed_zero():
     pair.run(1)
     pair.change(v_target=-1)
     assert pair.run(64) == [2 * TICK]
+
+
+def test_a_soft_stop_without_acceleration_keeps_its_speed():
+    pair = Pair()
+    pair.change(mode=VELOCITY, soft_stop=1, v_max=500, a_max=2000, pulse_div=5, v_target=500)
+    pair.run(HZ // 10)
+    pair.change(a_max=0)
+    pair.inputs(False, True)
+    pair.run(HZ // 10)
+    assert pair.oracle.stopping
+    assert pair.oracle.v == 500 << 8
+
+
+def test_a_way_is_not_known_past_its_end():
+    pair = Pair()
+    p_mul, p_div = brake_factor(1000, 7, 3)
+    pair.change(ramp_div=7, pulse_div=3, v_min=1, v_max=500, p_mul=p_mul, p_div=p_div, a_max=1000, x_target=2000)
+    while not (braking := [part for part in pair.chip.axes[0].parts if isinstance(part, Braking)]):
+        pair.run(pair.chip.next_event() - pair.chip.now)
+    part = braking[0]
+    assert part.velocity(part.start.n) == part.start.v
+    with pytest.raises(ValueError, match="past the end"):
+        part.at(part.end + 1)

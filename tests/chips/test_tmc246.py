@@ -91,6 +91,8 @@ def test_an_overcurrent_flag_stays_until_both_codes_are_zero():
 def test_switched_off_outputs_show_no_error():
     chip = driver()
     chip.set_fault("over_temperature", True)
+    assert chip.enabled
     chip.enabled = False
+    assert not chip.enabled
     assert not chip.flags
     assert not chip.driving

@@ -24,6 +24,7 @@ from tmcm34x.chips.tmc423 import (
     configuration,
     datagram,
 )
+from tmcm34x.clock import pack, unpack
 
 ONE = 0x010 << 12
 
@@ -189,3 +190,14 @@ def test_reset_forgets_position_and_configuration():
     unit.reset()
     assert position(unit) == 0
     assert unit.counters[0].configuration == tmc423.DEFAULT_CONFIGURATION
+
+
+def test_a_chip_that_was_saved_goes_on_like_the_original():
+    first, disc = chip(ONE | NULL_ACTIVE_HIGH | CLEAR_ON_NULL)
+    disc.place = 10
+    assert position(first) == 10
+    second, _ = chip(disc=disc)
+    second.load(unpack(pack(first.save())))
+    disc.place = 4010
+    assert position(second) == position(first) == 4010
+    assert second.save() == first.save()

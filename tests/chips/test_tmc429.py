@@ -133,6 +133,11 @@ def test_time_does_not_go_back():
         chip.advance(99)
 
 
+def test_time_has_no_clock_never():
+    with pytest.raises(ValueError, match="NEVER"):
+        Tmc429().advance(NEVER)
+
+
 def test_power_down_stops_motion_until_the_next_transfer():
     chip = turning()
     place = chip.position(0)
@@ -143,6 +148,33 @@ def test_power_down_stops_motion_until_the_next_transfer():
     assert chip.read_status() & 1 == 0
     chip.advance(chip.now + HZ)
     assert chip.position(0) - place == pytest.approx(HZ * 500 / (2048 * 32 * 8), abs=1)
+
+
+def test_input_lines_that_change_in_power_down_act_when_it_ends():
+    chip = turning()
+    place = chip.position(0)
+    chip.transfer(BY_NAME["POWER_DOWN"].write(0))
+    assert chip.reaches(0, place + 10) == NEVER
+    chip.set_reference_inputs(RIGHT)
+    chip.advance(chip.now + HZ)
+    assert chip.position(0) == place
+    chip.transfer(BY_NAME["SWITCHES"].read())
+    run_until(chip, chip.now + HZ)
+    assert (chip.velocity(0), chip.position(0)) == (0, pytest.approx(place, abs=1))
+
+
+def test_power_down_delays_a_driver_datagram_under_way():
+    chip = three_drivers()
+    arrived = []
+    chip.driver_status = lambda: arrived.append(chip.now) or 0
+    chip.transfer(BY_NAME["COVER_DATAGRAM"].write(0))
+    chip.advance(640)
+    chip.transfer(BY_NAME["POWER_DOWN"].write(0))
+    chip.advance(640 + HZ)
+    assert not arrived
+    assert chip.read_status() & registers.CDGW
+    run_until(chip, chip.now + HZ)
+    assert arrived == [HZ + 32 * 41]
 
 
 @settings(max_examples=120, deadline=None)
@@ -361,6 +393,17 @@ def test_the_position_compare_interrupt_comes_with_its_step():
     assert get_field(chip, COMMON, "INT_POS_COMP") == 0
 
 
+def test_the_position_compare_interrupt_comes_when_the_present_position_is_written():
+    chip = Tmc429()
+    set_field(chip, COMMON, "MASK_POS_COMP", 1)
+    set_field(chip, COMMON, "POS_COMP_SEL", 0)
+    chip.transfer(BY_NAME["POS_COMP"].write(77))
+    assert get_field(chip, COMMON, "INT_POS_COMP") == 0
+    chip.transfer(BY_NAME["POS_COMP"].write(0))
+    assert get_field(chip, COMMON, "INT_POS_COMP") == 1
+    assert chip.read_status() & registers.INT
+
+
 # ---- RAM and driver chain
 
 
@@ -449,6 +492,19 @@ def test_armed_datagram_words_are_refreshed_by_a_cover_datagram_or_a_microstep()
     step, _ = next(chip.steps(0, chip.now, chip.now + HZ))
     assert events_until(chip, step + 32 * 41) == [step, step + 32 * 41]
     assert data(chip.transfer(BY_NAME["DATAGRAM_LOW_WORD"].read())) == 7
+
+
+def test_a_cover_datagram_waits_for_the_one_under_way():
+    chip = three_drivers()
+    arrived = []
+    chip.driver_status = lambda: arrived.append(chip.now) or 0
+    chip.transfer(BY_NAME["COVER_DATAGRAM"].write(0))
+    chip.advance(640)
+    chip.transfer(BY_NAME["COVER_DATAGRAM"].write(1))
+    assert chip.read_status() & registers.CDGW
+    run_until(chip, HZ)
+    assert arrived == [32 * 41, 2 * 32 * 41]
+    assert not chip.read_status() & registers.CDGW
 
 
 def test_a_chain_without_end_keeps_a_cover_datagram_waiting():

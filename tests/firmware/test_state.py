@@ -167,6 +167,22 @@ def test_a_module_that_was_loaded_goes_on_as_the_one_that_was_saved(model, seed)
     assert other.module.save() == bench.module.save()
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_asking_for_the_next_event_acts_on_nothing(seed):
+    chance, bench, other = random.Random(seed), Bench(343), Bench(343)
+    again = random.Random(seed)
+    for _ in range(25):
+        bench.do(chance)
+        module = bench.module
+        digest, event = module.digest(), module.next_event()
+        assert (module.next_event(), module.digest()) == (event, digest)
+        bench.wait(chance)
+        other.do(again)
+        other.wait(again)
+    assert other.heard == bench.heard
+    assert other.module.save() == bench.module.save()
+
+
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda module: pickle.loads(pickle.dumps(module))])
 @pytest.mark.parametrize("seed", range(5))
 def test_a_copy_is_a_module_of_its_own(copied, seed):

@@ -277,11 +277,6 @@ def read_ram(address: int) -> int:
     return RAM | address << 25 | READ
 
 
-def status(reply: int) -> int:
-    """The status byte of a reply."""
-    return reply >> 24
-
-
 def data(reply: int) -> int:
     """The 24 data bits of a reply."""
     return reply & DATA

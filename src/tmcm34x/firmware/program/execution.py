@@ -70,6 +70,7 @@ class Execution:
         self._ahead = Ahead(self._machine)
         self._polling = Polling(module)
         self._pins_changed = False
+        """Since the last event, while the program is active; the module has its next event one clock later."""
         module.circuit.on_pins.append(self._note_pins)
 
     @property
@@ -85,7 +86,7 @@ class Execution:
     @property
     def cycle(self) -> Cycle | None:
         """The cycle that the program repeats until something outside acts; None where none is known yet."""
-        cycle = self._polling.cycle
+        cycle = None if self._pins_changed else self._polling.cycle
         return cycle if cycle is not None and cycle.start <= self._module.now else None
 
     @property
@@ -138,10 +139,7 @@ class Execution:
         if not self.state:
             return NEVER
         if self.wait is not None:
-            return self._module.now + 1 if self._pins_changed else self.wait.limit
-        if self._pins_changed or self.state is RunState.STEP:
-            self._pins_changed = False
-            self.wake()
+            return self.wait.limit
         if self.state is RunState.STEP or self._watched:
             return self._due
         cycle = self._polling.cycle
@@ -162,9 +160,11 @@ class Execution:
             self._catch_up(now, None if self.counts is not None else self._polling.cycle)
         if disturbed or self._polling.expired(now):
             self._polling.leave()
-        self._pins_changed = False
         while self._due <= now:
             self._execute_due(now)
+        if self._pins_changed:
+            self._pins_changed = False
+            self.wake()
 
     @property
     def _watched(self) -> bool:
@@ -174,7 +174,7 @@ class Execution:
         return bool(self._hooks) and None in self._hooks.values()
 
     def _note_pins(self) -> None:
-        self._pins_changed = True
+        self._pins_changed = bool(self.state)
 
     def _guard(self) -> None:
         self.wake()
@@ -183,6 +183,7 @@ class Execution:
 
     def _start(self, state: RunState) -> None:
         self.wake()
+        self._pins_changed = False
         self.state = state
         if self.wait is None:
             self._machine.invalidate()

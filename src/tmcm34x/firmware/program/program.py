@@ -158,7 +158,11 @@ class Program(Execution):
     # State as a plain value
 
     def save(self) -> Value:
-        """Everything that the program is, apart from its memory, which is the EEPROM's."""
+        """Everything that the program is, apart from its memory, which is the EEPROM's.
+
+        The next event is found first: what running ahead has found is part of the value, asked for or not.
+        """
+        self.next_event()
         return (
             self.registers.contents(), int(self.state), self.memory.downloading, self.memory.address,
             None if self.last_error is None else tuple(map(int, self.last_error)),
