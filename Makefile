@@ -19,8 +19,10 @@ test: $(VENV)/.test
 	$(BIN)/pytest $(PAGES)
 
 # Which lines and branches the tests reach, without those of the page; in .coverage-report/index.html too.
+# Fails where a package reaches fewer lines than it must: all of tmcl, toolchain, firmware and chips, 90 % of the others.
+COVERED := tests
 coverage: $(VENV)/.test
-	$(BIN)/coverage run -m pytest -q -n $(JOBS) --dist worksteal --ignore=$(PAGES)
+	$(BIN)/coverage run -m pytest -q -n $(JOBS) --dist worksteal --ignore=$(PAGES) $(COVERED)
 	$(BIN)/coverage combine -q
 	$(BIN)/coverage html -q
 	$(BIN)/coverage json -q -o - | $(BIN)/python .ci/coverage_table.py

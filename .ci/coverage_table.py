@@ -1,4 +1,7 @@
-"""Prints what `coverage json` says of each package: lines and branches that the tests reach, in per cent."""
+"""Prints what `coverage json` says of each package: lines and branches that the tests reach, in per cent.
+
+Ends with status 1 where a package reaches fewer lines than wanted; names the lines of packages that must reach all.
+"""
 
 import json
 import sys
@@ -7,6 +10,7 @@ from pathlib import PurePath
 
 WANTED = {"tmcl": 100, "toolchain": 100, "firmware": 100, "chips": 100}
 OTHERS = 90
+COLUMNS = ("covered_lines", "num_statements", "covered_branches", "num_branches")
 
 
 def package(path: str) -> str:
@@ -16,20 +20,26 @@ def package(path: str) -> str:
     return rest[0] if len(rest) > 1 else "."
 
 
-def main() -> None:
-    """Read the report from standard input, print the table."""
-    sums: dict[str, list[int]] = defaultdict(lambda: [0, 0, 0, 0])
-    for path, file in json.load(sys.stdin)["files"].items():
-        figures = file["summary"]
-        for index, name in enumerate(("covered_lines", "num_statements", "covered_branches", "num_branches")):
-            sums[package(path)][index] += figures[name]
-    sys.stdout.write(f"{'package':<12} {'lines':>7} {'branches':>9} {'wanted':>7}\n")
+def main() -> int:
+    """Read the report from standard input, print the table; the exit status."""
+    files = json.load(sys.stdin)["files"]
+    sums: dict[str, list[int]] = defaultdict(lambda: [0] * len(COLUMNS))
+    for path, file in files.items():
+        for index, name in enumerate(COLUMNS):
+            sums[package(path)][index] += file["summary"][name]
+    print(f"{'package':<14} {'lines':>7} {'branches':>9} {'wanted':>7}")
+    below = False
     for name, (lines, statements, branches, all_branches) in sorted(sums.items()):
         reached = 100 * lines / max(1, statements)
         ways = 100 * branches / max(1, all_branches)
         wanted = WANTED.get(name, OTHERS)
-        mark = "" if reached >= wanted else "  below"
-        sys.stdout.write(f"{name:<12} {reached:6.1f}% {ways:8.1f}% {wanted:6}%{mark}\n")
+        below = below or reached < wanted
+        print(f"{name:<14} {reached:6.1f}% {ways:8.1f}% {wanted:6}%{'  below' if reached < wanted else ''}")
+    for path, file in sorted(files.items()):
+        if package(path) in WANTED and file["missing_lines"]:
+            print(f"not reached: {path}: {', '.join(map(str, file['missing_lines']))}")
+    return int(below)
 
 
-main()
+if __name__ == "__main__":
+    sys.exit(main())

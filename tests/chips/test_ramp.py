@@ -476,7 +476,9 @@ def test_a_soft_stop_without_acceleration_keeps_its_speed():
 def test_a_way_is_not_known_past_its_end():
     pair = Pair()
     p_mul, p_div = brake_factor(1000, 7, 3)
-    pair.change(ramp_div=7, pulse_div=3, v_min=1, v_max=500, p_mul=p_mul, p_div=p_div, a_max=1000, x_target=2000)
+    pair.change(
+        ramp_div=7, pulse_div=3, v_min=1, v_max=500, p_mul=p_mul, p_div=p_div, a_max=1000, x_target=2000
+    )
     while not (braking := [part for part in pair.chip.axes[0].parts if isinstance(part, Braking)]):
         pair.run(pair.chip.next_event() - pair.chip.now)
     part = braking[0]

@@ -205,3 +205,16 @@ def test_any_characters_do_no_harm(characters: bytes, echo: int, cuts: list[int]
     direct(wire.port.module, f"SGP 67, 0, {NO_ECHO}")
     wire.send(b"\r")
     assert wire.send(b"AGGP 67, 0\r") == b"BA 100 32\r"
+
+
+def test_a_line_of_text_is_a_sign_of_life() -> None:
+    wire = ascii_host()
+    assert not wire.port.idle
+    direct(wire.port.module, "SGP 68, 0, 100")
+    direct(wire.port.module, "ROR 0, 500")
+    for _ in range(4):
+        run_ms(wire.port.module, 60)
+        wire.send(b"AGAP 4, 0\r")
+    assert direct(wire.port.module, "GAP 2, 0") == (100, 500)
+    run_ms(wire.port.module, 200)
+    assert direct(wire.port.module, "GAP 2, 0") == (100, 0)

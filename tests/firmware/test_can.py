@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import copy
+
 import pytest
 
 from firmware.hosts import switched_on
@@ -107,3 +109,57 @@ def test_a_module_switched_off_ignores_frames():
     module.power_off()
     port.receive_frame(1, pack_can_request(Instruction(6, 4, 0)))
     assert sent == []
+
+
+class Observer:
+    instruction = None
+
+    def __init__(self):
+        self.seen = []
+
+    def telegram(self, port, direction, data, now):
+        self.seen.append((direction, data[:3].hex()))
+
+    def event(self, kind, motor, now):
+        pass
+
+
+def test_observers_see_frames_and_replies():
+    module, port, sent = wired()
+    observer = Observer()
+    module.observers.append(observer)
+    port.receive_frame(1, pack_can_request(Instruction(6, 4, 0)))
+    assert observer.seen == [("in", "060400"), ("out", "016406")]
+    assert len(sent) == 1
+
+
+def test_the_port_of_a_copy_leads_nowhere():
+    module, _, sent = wired()
+    twin = copy.deepcopy(module)
+    twin.ports[0].receive_frame(1, pack_can_request(Instruction(1, 0, 0, 500)))
+    run_until(twin, 100 * MS)
+    assert sent == []
+    assert twin.execute(Instruction(6, 3, 0)) == (100, 500)
+    assert module.execute(Instruction(6, 3, 0)) == (100, 0)
+
+
+def test_a_port_that_is_detached_is_owed_nothing():
+    module, port, sent = wired()
+    port.receive_frame(1, pack_can_request(Instruction(4, 0, 0, 100)))
+    port.receive_frame(1, pack_can_request(Instruction(138, 0, 0, 1)))
+    sent.clear()
+    assert module.owes_reply
+    module.detach(port)
+    assert not module.owes_reply
+    run_until(module, module.now + 1000 * MS)
+    assert sent == []
+
+
+def test_replies_to_come_can_be_dropped():
+    module, port, sent = wired()
+    port.receive_frame(1, pack_can_request(Instruction(4, 0, 0, 100)))
+    port.receive_frame(1, pack_can_request(Instruction(138, 0, 0, 1)))
+    sent.clear()
+    module.drop_replies()
+    run_until(module, module.now + 1000 * MS)
+    assert (sent, module.owes_reply) == ([], False)

@@ -136,3 +136,8 @@ def test_commands_that_act_cannot_be_peeked():
 def test_each_row_with_an_effect_of_reading_has_a_reader_without_one():
     assert {row.number for row in AXIS_PARAMETERS if row.effect} == set(AXIS_READERS)
     assert {row.number for row in GLOBAL_PARAMETERS if row.effect} == set(GLOBAL_READERS)
+
+
+def test_without_an_encoder_the_position_of_one_is_zero():
+    host = Host(build(parse("[[module]]")).modules[0])
+    assert host.module.peek(parse_instruction("GAP 209, 0")) == (100, 0)

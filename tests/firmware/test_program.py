@@ -696,3 +696,9 @@ def test_a_wait_goes_on_whatever_is_said_about_stepping() -> None:
     module.execute(Instruction(130))
     run_ms(module, 60)
     assert (module.program.state, module.program.counter) == (RunState.STOP, 1)
+
+
+def test_134_beside_the_wire_gives_the_value_of_the_stored_command() -> None:
+    module = module_with("MVP ABS, 1, 90000 \n STOP")
+    assert module.execute(Instruction(134, 0, 0, 0)) == (Status.OK, 90000)
+    assert module.execute(Instruction(134, 0, 0, 2048)) == (Status.INVALID_VALUE, 2048)

@@ -168,3 +168,25 @@ def test_each_parameter_is_in_one_group():
     assert axis == sorted(row.number for row in (*AXIS_PARAMETERS, *LATER_AXIS_PARAMETERS))
     general = sorted(number for _, numbers in GLOBAL_GROUPS for number in numbers)
     assert general == [row.number for row in GLOBAL_PARAMETERS if row.bank == 0]
+
+
+@pytest.mark.parametrize(
+    ("row", "kind"),
+    [
+        (axis_parameters.BY_KEY["actual_position"], "position"),
+        (axis_parameters.BY_KEY["max_speed"], "speed"),
+        (axis_parameters.BY_KEY["max_acceleration"], "acceleration"),
+        (axis_parameters.BY_KEY["max_current"], "current"),
+        (axis_parameters.BY_KEY["power_down_delay"], "time"),
+        (axis_parameters.BY_KEY["position_reached"], "flag"),
+        (axis_parameters.BY_KEY["ramp_mode"], "choice"),
+        (axis_parameters.BY_KEY["load_value"], "number"),
+        (axis_parameters.BY_KEY["driver_error_flags"], "bits"),
+        (global_parameters.BY_KEY["download_mode"], "flag"),
+        (global_parameters.BY_KEY["baud_rate"], "choice"),
+        (global_parameters.BY_KEY["telegram_pause"], "time"),
+    ],
+    ids=lambda value: getattr(value, "key", value),
+)
+def test_the_kind_of_a_value_follows_from_its_columns(row, kind):
+    assert row.kind == kind
