@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 from msgspec import inspect
 
-from tmcm34x.bench import description
+from tmcm34x.bench import description, inputs
 
 HEAD = """\
 # Bench files
@@ -70,19 +70,19 @@ TABLES = (
     description.Switches,
     description.Switch,
     description.Encoder,
-    description.Inputs,
-    description.Constant,
-    description.Square,
-    description.Ramp,
-    description.Sine,
-    description.Table,
-    description.Output,
-    description.Position,
-    description.Spi,
-    description.Echo,
-    description.ShiftRegister,
-    description.Buttons,
-    description.Tmcm323,
+    inputs.Inputs,
+    inputs.Constant,
+    inputs.Square,
+    inputs.Ramp,
+    inputs.Sine,
+    inputs.Table,
+    inputs.Output,
+    inputs.Position,
+    inputs.Spi,
+    inputs.Echo,
+    inputs.ShiftRegister,
+    inputs.Buttons,
+    inputs.Tmcm323,
     description.Event,
 )
 PLACES = {

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final, cast
 import msgspec
 
 from tmcm34x.bench import description as d
+from tmcm34x.bench import inputs
 from tmcm34x.bench.action import Action, Value
 from tmcm34x.bench.mount import Fitting, Mount
 from tmcm34x.bench.rig import FREE_SHAFT, BenchError, Happening, Rig
@@ -35,7 +36,7 @@ MOTORS: Final = 3
 CAN_ADDRESS: Final = 71
 """Global parameter of the CAN identifier a module listens to."""
 NULL_LEVELS: Final = {"high": 1, "low": 0, "none": None}
-INPUT_NUMBERS: Final = {name: n for n, name in enumerate(d.Inputs.__struct_fields__)}
+INPUT_NUMBERS: Final = {name: n for n, name in enumerate(inputs.Inputs.__struct_fields__)}
 """Numbers of the inputs as worlds know them: IN_0..IN_7, SHUTDOWN."""
 assert INPUT_NUMBERS["SHUTDOWN"] == SHUTDOWN
 _SHAPES_OF_CARRIAGES: Final = frozenset({"rail", "belt"})
@@ -106,8 +107,8 @@ def _world(bench: d.Bench, index: int, eeprom: Eeprom | None) -> World:
     _check_drawing(path, row)
     world = World(module, fittings)
     world.plane = row.plane
-    for select, name in enumerate(d.Spi.__struct_fields__):
-        _attach(select, cast("d.Device | None", getattr(row.spi, name)), world, row)
+    for select, name in enumerate(inputs.Spi.__struct_fields__):
+        _attach(select, cast("inputs.Device | None", getattr(row.spi, name)), world, row)
     return world
 
 
@@ -230,8 +231,8 @@ def _switch(units: float, turn: int | None, path: str, row: d.Switch | None, out
 # Devices and inputs
 
 
-def _attach(select: int, row: d.Device | None, world: World, module: d.ModuleDescription) -> None:
-    if isinstance(row, d.Tmcm323):
+def _attach(select: int, row: inputs.Device | None, world: World, module: d.ModuleDescription) -> None:
+    if isinstance(row, inputs.Tmcm323):
         encoders = {
             motor: Disc(axis.encoder.lines, axis.encoder.slip, NULL_LEVELS[axis.encoder.null])
             for motor, axis in enumerate(module.axis)
@@ -242,39 +243,41 @@ def _attach(select: int, row: d.Device | None, world: World, module: d.ModuleDes
         world.module.board.attach_spi(select, _device(row))
 
 
-def _device(row: d.Echo | d.ShiftRegister | d.Buttons) -> SpiDevice:
+def _device(row: inputs.Echo | inputs.ShiftRegister | inputs.Buttons) -> SpiDevice:
     match row:
-        case d.Echo():
+        case inputs.Echo():
             return device.Echo()
-        case d.ShiftRegister():
+        case inputs.ShiftRegister():
             return device.ShiftRegister(row.bytes)
-        case d.Buttons():
+        case inputs.Buttons():
             return device.Buttons(row.bytes, row.inputs)
 
 
-def _connect_inputs(path: str, inputs: d.Inputs, world: World, worlds: Sequence[World]) -> None:
+def _connect_inputs(path: str, described: inputs.Inputs, world: World, worlds: Sequence[World]) -> None:
     for name, number in INPUT_NUMBERS.items():
-        row = cast("d.Source | None", getattr(inputs, name))
+        row = cast("inputs.Source | None", getattr(described, name))
         if row is not None:
             world.connect(number, _source(f"{path}.{name}", row, number, world, worlds))
 
 
-def _source(path: str, row: d.Source, number: int, world: World, worlds: Sequence[World]) -> signal.Source:
+def _source(
+    path: str, row: inputs.Source, number: int, world: World, worlds: Sequence[World]
+) -> signal.Source:
     match row:
-        case d.Constant():
+        case inputs.Constant():
             return signal.Constant(row.value)
-        case d.Square():
+        case inputs.Square():
             period = max(1, clocks(row.period_ms / 1000))
             return signal.Square(period, round(period * row.duty), _ms(row.delay_ms), row.high, row.low)
-        case d.Ramp():
+        case inputs.Ramp():
             return signal.Ramp(max(1, _ms(row.period_ms)), row.start, row.end, _ms(row.delay_ms))
-        case d.Sine():
+        case inputs.Sine():
             return signal.Sine(max(4, _ms(row.period_ms)), row.middle, row.amplitude, _ms(row.delay_ms))
-        case d.Table():
+        case inputs.Table():
             return _table(path, row)
-        case d.Output():
+        case inputs.Output():
             return _wire(path, row, world, worlds)
-        case d.Position():
+        case inputs.Position():
             if number == SHUTDOWN:
                 raise BenchError(f"{path}: a potentiometer does not drive SHUTDOWN")
             return _potentiometer(path, row, world)
@@ -284,7 +287,7 @@ def _ms(value: float) -> int:
     return round(value * MS)
 
 
-def _table(path: str, row: d.Table) -> signal.Source:
+def _table(path: str, row: inputs.Table) -> signal.Source:
     times = [_ms(time) for time, _ in row.points]
     levels = [level for _, level in row.points]
     _check_rising(f"{path}.points", times)
@@ -297,7 +300,7 @@ def _table(path: str, row: d.Table) -> signal.Source:
     return signal.Table(tuple(times), tuple(levels), period, row.interpolated)
 
 
-def _wire(path: str, row: d.Output, world: World, worlds: Sequence[World]) -> signal.Source:
+def _wire(path: str, row: inputs.Output, world: World, worlds: Sequence[World]) -> signal.Source:
     if row.module is not None and row.module >= len(worlds):
         raise BenchError(f"{path}.module: there are {len(worlds)} modules")
     board = (world if row.module is None else worlds[row.module]).module.board
@@ -305,18 +308,18 @@ def _wire(path: str, row: d.Output, world: World, worlds: Sequence[World]) -> si
     return signal.Wire(partial(_output_level, board, row))
 
 
-def _potentiometer(path: str, row: d.Position, world: World) -> signal.Source:
+def _potentiometer(path: str, row: inputs.Position, world: World) -> signal.Source:
     if row.low == row.high:
         raise BenchError(f"{path}.high: expected another position than low")
     return signal.Wire(partial(_potentiometer_level, world.mounts[row.motor], row))
 
 
-def _output_level(board: Board, row: d.Output) -> int:
+def _output_level(board: Board, row: inputs.Output) -> int:
     """The level of a wire from an output."""
     return signal.MAX if board.outputs >> row.output & 1 != row.invert else 0
 
 
-def _potentiometer_level(mount: Mount, row: d.Position) -> int:
+def _potentiometer_level(mount: Mount, row: inputs.Position) -> int:
     """The level of a potentiometer on an axis."""
     share = (mount.axis.position(mount.rotor()) - row.low) / (row.high - row.low)
     return round(signal.MAX * min(1.0, max(0.0, share)))

@@ -43,6 +43,7 @@ from tmcm34x.host.answer import (
     repeatable,
     stopping,
 )
+from tmcm34x.host.counts import Counts
 from tmcm34x.host.exceptions import ReplyError
 from tmcm34x.tmcl.datagram import SIZE, TELEGRAM, Instruction, Reply, pack_request, unpack_reply
 from tmcm34x.tmcl.status import STATUS_TEXTS
@@ -56,24 +57,6 @@ class _Sent(NamedTuple):
 
     request: object
     number: int
-
-
-class Counts:
-    """What happened on a line since it was opened."""
-
-    __slots__ = ("events", "garbled", "late", "misdirected", "retried", "sent")
-
-    def __init__(self) -> None:
-        self.sent = 0
-        self.retried = 0
-        """Telegrams sent again."""
-        self.late = 0
-        """Replies to commands that had been given up."""
-        self.garbled = 0
-        """Times that bytes came which were no reply."""
-        self.misdirected = 0
-        """Whole replies to commands that were never sent: another host is on the line."""
-        self.events = 0
 
 
 class Conversation:
