@@ -354,6 +354,30 @@ def test_every_question_has_an_answer_everywhere(text, data):
     cursor_at(lines[line] if line < len(lines) else "", place.column)
 
 
+def test_names_of_the_tool_chains_own_file_have_no_place_and_cannot_be_renamed():
+    program = analysis(
+        "#include TMCLParam.tmc\nSAP APMaxCurrent, 0, 5\nGAP APMaxCurrent, 0", include=no_includes
+    )
+    place = Place("x.tmc", 1, 6)
+    assert names.definition(program, place) is None
+    assert [location.line for location in names.references(program, place)] == [2, 3]
+    with pytest.raises(ValueError, match=r"APMaxCurrent is a name of TMCLParam\.tmc"):
+        names.rename(program, place, "Current")
+
+
+def test_an_include_without_its_sign_has_colours():
+    program = analysis("include names.inc\nSTOP", include=no_includes)
+    words = [(w.start, w.length, w.type) for w in appearance.colours(program, "x.tmc", 0, 0)]
+    assert words == [(0, 7, "macro"), (8, 9, "string")]
+
+
+def test_hints_of_a_range_beyond_the_end_are_those_of_the_file():
+    programs, _ = workspace()
+    programs.put("/p/main.tmc", "ROR 0, 5\nSTOP")
+    program = programs.analysis("/p/main.tmc")
+    assert values.hints(program, "/p/main.tmc", 0, 2**31) == values.hints(program, "/p/main.tmc", 0, 1)
+
+
 # Files that belong together
 
 

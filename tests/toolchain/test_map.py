@@ -49,6 +49,16 @@ def test_recursion_has_no_longest_way():
     assert math.isinf(routines("CSUB S\nSTOP\nS: CSUB S\nRSUB")["S"].longest)
 
 
+def test_many_routines_that_call_each_other_take_no_great_time():
+    count = 500
+    text = "CSUB S0\nSTOP\n" + "".join(f"S{n}: CSUB S{n + 1}\nCSUB S{n + 1}\nRSUB\n" for n in range(count))
+    found = routines(f"{text}S{count}: RSUB\n")
+    assert found["S499"].longest == 5
+    assert found["S496"].longest == 61
+    turning = "L: " + "ROR 0, 1\n" * 2040 + "JA L"
+    assert math.isinf(routines(turning)["L"].longest)
+
+
 def test_the_stack_is_as_deep_as_calls_are_nested():
     assert Map(assemble(PROGRAM)).stack == 2
     assert Map(assemble("STOP")).stack == 0

@@ -118,6 +118,7 @@ MISTAKES = (
     (r"\b(MVP\s+)\w+, ", r"\1^", "E203", "needs a mode"),
     (r"\b(RFS\s+)\w+, ", r"\1^", "E203", "needs an action"),
     (r"\b(CALC\s+)\w+, ", r"\1^", "E203", "needs an operation"),
+    (r"\b(WAIT\s+POS)[^/\n]*", r"^\1 ", "E203", "WAIT needs a motor"),
     # commas, parentheses, blanks
     (r"\b(SAP\s+\w+), ", r"\1 ^", "E103", MENDED),
     (r"\b(SAP\s+\w+, \w+), (?=\w)", r"\1 ^", "E103", MENDED),

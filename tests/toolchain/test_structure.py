@@ -110,6 +110,18 @@ def test_the_plain_program_is_the_same_and_needs_nothing_of_it():
         assert again.left_out == set()
 
 
+def test_mistakes_beside_local_labels_have_their_own_places():
+    (found,) = build("Move:   ROR 0, 5\n.wait:  JC ZE, .wait 5\n        JA .wait").diagnostics
+    assert (found.code, *found.location[1:]) == ("E103", 2, 22, 23)
+
+
+def test_a_label_with_local_labels_is_used():
+    found = lint(build("JA Move\nHome: ROL 0, 5\n.wait: JA .wait\nMove: ROR 0, 5\n.wait: JA .wait"))
+    assert [item.code for item in found if item.code == "W401"] == []
+    found = lint(build("Home: ROL 0, 5\nHome_wait: JA Home_wait"))
+    assert [item.text for item in found if item.code == "W401"] == ["label Home is never used"]
+
+
 def test_structured_sources_are_formatted():
     assert lexical_mistake(PROGRAM) == 8
     text = "Go: stop\n.again: wait ticks,0,1\n  #if  MODEL == 342 // one\nja .again\n#endif\n"

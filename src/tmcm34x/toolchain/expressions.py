@@ -247,7 +247,7 @@ def _no_value(token: Token, operands: tuple[float, ...], error: Exception) -> Ex
     return ExpressionError("E401", token.start, token.end, text)
 
 
-_LOOKALIKES: Final = str.maketrans("OolI", "0011")
+_LOOKALIKES: Final = str.maketrans("OoIiLl", "001111")
 _NOTATIONS: Final = tuple(
     (re.compile(pattern, re.IGNORECASE), right, hint)
     for pattern, right, hint in (
@@ -258,7 +258,7 @@ _NOTATIONS: Final = tuple(
         (r"(\d+)0ms", r"\1", "a number has no unit, and WAIT counts in 10 ms: {}"),
         (r"(\d+)s", r"\g<1>00", "a number has no unit, and WAIT counts in 10 ms: {}"),
         (r"(\d+(?:\.\d+)?)(?:ms|s|us|mm|rpm|rps|hz|khz|ma|a|v|deg|ticks?)", "", "a number has no unit"),
-        (r"([0-9OolI.]+)", r"\1", "with digits for its letters it is {}"),
+        (r"(?=[0-9.]*[OIL])([0-9OIL]+(?:\.[0-9OIL]+)?)", r"\1", "with digits for its letters it is {}"),
         (r"(\d+)[_'](\d+)", r"\1\2", "digits stand together: {}"),
     )
 )

@@ -85,9 +85,9 @@ class _Formatter:
         out: list[str] = []
         beside = False
         for code, line, text in zip(codes, self.lines, self.texts, strict=True):
-            comment = "" if line.comment is None else text[line.comment :].rstrip()
+            comment = "" if line.comment is None else text[line.comment :].rstrip(BLANKS)
             if code is None:
-                out.append(text.rstrip())
+                out.append(text.rstrip(BLANKS))
             elif code or not comment:
                 out.append(f"{code}{' ' * max(2, column - len(code))}{comment}" if comment else code)
             else:

@@ -36,6 +36,11 @@ def standard(name: str) -> tuple[str, str] | None:
     return f"<{PARAMETERS}>", _parameters()
 
 
+def is_standard(file: str) -> bool:
+    """Whether a file is the tool chain's own, which is nowhere on the disk."""
+    return file == f"<{PARAMETERS}>"
+
+
 @cache
 def _parameters() -> str:
     lines = [

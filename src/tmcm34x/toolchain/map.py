@@ -104,7 +104,7 @@ class Map:
             self.assembly.code[address].number,
             len(body),
             tuple(self._name(target) for target in calls),
-            self._longest_way(address),
+            self._longest[address],
         )
 
     def _body(self, address: int) -> list[int]:
@@ -118,22 +118,33 @@ class Map:
                 waiting += self.flow.steps[node]
         return sorted(seen)
 
-    def _longest_way(self, address: int) -> float:
-        """Instructions of the longest way without a WAIT in a routine and in those that it calls."""
-        ways = self._ways(address, ())
-        return max(ways.values(), default=0.0)
+    @cached_property
+    def _longest(self) -> dict[int, float]:
+        """Instructions of the longest way without a WAIT in each routine and in those that it calls."""
+        graph: list[set[int]] = [set() for _ in range(self.flow.end + 1)]
+        starts = {*self.flow.entries, *self.flow.calls.values()}
+        for address in starts - {self.flow.end}:
+            graph[address] = {self.flow.calls[n] for n in self._body(address) if n in self.flow.calls}
+        longest: dict[int, float] = {}
+        for group in reversed(components([tuple(calls) for calls in graph], starts)):
+            for address in group:
+                recursive = len(group) > 1 or address in graph[address]
+                longest[address] = math.inf if recursive else self._longest_way(address, longest)
+        return longest
 
-    def _ways(self, address: int, within: tuple[int, ...]) -> dict[int, float]:
-        """The longest way without a WAIT from each address of a routine on."""
+    def _longest_way(self, address: int, called: Mapping[int, float]) -> float:
+        """The same of one routine; `called` has those that it calls."""
         body = self._body(address)
         longest: dict[int, float] = {}
         for component in reversed(components(self._steps_without_wait(body), body)):
-            turns = len(component) > 1 or component[0] in self._next(component[0])
-            for node in component:
-                ahead = [longest[n] for n in self._next(node) if n in longest and n not in component]
-                own = sum(self._weight(n, (*within, address)) for n in component)
-                longest[node] = math.inf if turns else own + max(ahead, default=0.0)
-        return longest
+            node = component[0]
+            following = self._next(node)
+            if len(component) > 1 or node in following:
+                longest.update(dict.fromkeys(component, math.inf))
+            else:
+                own = 1.0 + called.get(self.flow.calls.get(node, -1), 0.0)
+                longest[node] = own + max((longest[n] for n in following), default=0.0)
+        return max(longest.values(), default=0.0)
 
     def _steps_without_wait(self, body: Iterable[int]) -> list[list[int]]:
         steps: list[list[int]] = [[] for _ in range(self.flow.end + 1)]
@@ -147,13 +158,6 @@ class Map:
         if instruction is None or instruction.number in (_WAIT, STOP):
             return []
         return [n for n in self.flow.steps[node] if n != self.flow.end]
-
-    def _weight(self, node: int, within: tuple[int, ...]) -> float:
-        """Instructions of one address: those of the subroutine too, where it is a call."""
-        target = self.flow.calls.get(node)
-        if target is None:
-            return 1.0
-        return math.inf if target in within else 1.0 + max(self._ways(target, within).values(), default=0.0)
 
 
 def program_map(assembly: Assembly) -> str:

@@ -12,7 +12,7 @@ from tmcm34x.toolchain.messages import Messages
 from tmcm34x.toolchain.parser import Line
 from tmcm34x.toolchain.tokens import BLANKS, Token
 
-_DIGITS: Final = str.maketrans("OIL", "011")
+_DIGITS: Final = str.maketrans("OoIl", "0011")
 """Letters that are typed for digits."""
 
 
@@ -97,8 +97,8 @@ class Names:
             text = f"the function {key} needs its operand in parentheses"
             raise ExpressionError("E301", name.start, name.end, text)
         near = self.near(key, (n for n, symbol in self.symbols.items() if symbol.kind == wanted))
-        if not near and set(key) <= set("OIL0123456789"):
-            near = (key.translate(_DIGITS),)
+        if not near and wanted == "constant" and _is_number(name.text):
+            near = (name.text.translate(_DIGITS),)
         if not near:
             self._look_for_comment(name)
         text = f"no {wanted} {shown(name.text)}{did_you_mean(near)}"
@@ -111,6 +111,11 @@ class Names:
             if before.endswith((f" {marker}", f"\t{marker}")):
                 text = f"no constant {shown(name.text)}; a comment begins with //, not with {marker!r}"
                 raise ExpressionError("E301", len(before) - len(marker), len(before), text, "//")
+
+
+def _is_number(name: str) -> bool:
+    """Whether a name is a number with letters for digits: `l500`, or `O` alone; `Io` is a name."""
+    return set(name) <= set("OoIl0123456789") and (len(name) == 1 or any(map(str.isdecimal, name)))
 
 
 def only(near: tuple[str, ...]) -> str | None:

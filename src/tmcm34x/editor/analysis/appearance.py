@@ -11,7 +11,7 @@ from tmcm34x.editor.analysis.program import Analysis
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.toolchain import parser
 from tmcm34x.toolchain.expressions import FUNCTIONS
-from tmcm34x.toolchain.tokens import Token, tokenize
+from tmcm34x.toolchain.tokens import BLANKS, Token, tokenize
 
 TokenType = Literal[
     "keyword",
@@ -79,8 +79,8 @@ def _line_colours(program: Analysis, number: int, text: str, line: parser.Line) 
     statement = line.statement
     included = isinstance(statement, parser.Include)
     if isinstance(statement, parser.Include):
-        start = text.index("#")
-        yield Coloured(number, start, len(text[start : statement.start].rstrip()), "macro", definition=False)
+        word = text[: statement.start].strip(BLANKS)
+        yield Coloured(number, text.index(word), len(word), "macro", definition=False)
         yield Coloured(number, statement.start, statement.end - statement.start, "string", definition=False)
     defined = _defined(line)
     for token in tokenize(text):

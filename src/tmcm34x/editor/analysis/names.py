@@ -9,6 +9,7 @@ from tmcm34x.editor.analysis.program import Analysis, Place
 from tmcm34x.toolchain.assembler import Symbol
 from tmcm34x.toolchain.diagnostics import Edit, Location
 from tmcm34x.toolchain.flow import CSUB
+from tmcm34x.toolchain.includes import PARAMETERS, is_standard
 
 _NAME: Final = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)
 
@@ -25,9 +26,9 @@ def definition(program: Analysis, place: Place) -> Location | None:
     """Where the name at a place is defined; for an `#include` the beginning of that file."""
     included = program.assembly.includes.get((place.file, place.line + 1))
     if included is not None:
-        return None if included.startswith("<") else Location(included, 1, 1, 1)
+        return None if is_standard(included) else Location(included, 1, 1, 1)
     found = program.symbol_at(place)
-    return found[0].definition if found is not None else None
+    return None if found is None or is_standard(found[0].definition.file) else found[0].definition
 
 
 def references(program: Analysis, place: Place, *, definition: bool = True) -> list[Location]:
@@ -36,7 +37,8 @@ def references(program: Analysis, place: Place, *, definition: bool = True) -> l
     if found is None:
         return []
     symbol = found[0]
-    return [symbol.definition, *symbol.references] if definition else list(symbol.references)
+    known = definition and not is_standard(symbol.definition.file)
+    return [symbol.definition, *symbol.references] if known else list(symbol.references)
 
 
 def rename(program: Analysis, place: Place, new_name: str) -> tuple[Edit, ...]:
@@ -44,6 +46,8 @@ def rename(program: Analysis, place: Place, new_name: str) -> tuple[Edit, ...]:
     found = program.symbol_at(place)
     if found is None:
         raise ValueError("there is no label or constant here")
+    if is_standard(found[0].definition.file):
+        raise ValueError(f"{found[0].name} is a name of {PARAMETERS}, which comes with the tool chain")
     if not _NAME.match(new_name):
         raise ValueError(f"{new_name!r} is no name: a letter or _, then letters, digits and _")
     other = program.assembly.symbols.get(new_name.upper())

@@ -71,7 +71,7 @@ def hints(program: Analysis, file: str, first_line: int, last_line: int) -> list
     What the comment of a line already says is not said again.
     """
     hints: list[Hint] = []
-    for line in range(max(0, first_line), last_line + 1):
+    for line in range(max(0, first_line), min(last_line + 1, len(program.assembly.lines[file]))):
         entry = program.codes.get((file, line))
         if entry is None:
             continue

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 from tmcm34x.tmcl import global_parameters
@@ -28,14 +28,25 @@ _COPY: Final = 255
 
 def check_names(found: Findings) -> None:
     """Report names without use, and names that are words of the language (W401, W402)."""
+    routines = set(_routines(found))
     for symbol in found.assembly.symbols.values():
         if symbol.definition.file == found.assembly.file:
-            if not (symbol.references or _entered(found, symbol) or symbol.name.upper() in found.mistaken):
+            used = symbol.references or symbol.name in routines or _entered(found, symbol)
+            if not (used or symbol.name.upper() in found.mistaken):
                 text = f"{symbol.kind} {shown(symbol.name)} is never used"
                 found.report("W401", symbol.definition, text, forgetting(found, symbol))
             key = symbol.name.upper()
             if symbol.kind == "constant" and (key in _WORDS or key in FUNCTIONS or key in BY_MNEMONIC):
                 found.report("W402", symbol.definition, f"{key} is also a TMCL word")
+
+
+def _routines(found: Findings) -> Iterator[str]:
+    """The labels that local labels belong to: `Move` where `.wait` stands for `Move_wait`."""
+    for symbol in found.assembly.symbols.values():
+        file, line, column, end = symbol.definition
+        written = found.assembly.sources[file][line - 1][column - 1 : end - 1]
+        if written.startswith("."):
+            yield symbol.name[: -len(written)]
 
 
 def _entered(found: Findings, symbol: Symbol) -> bool:

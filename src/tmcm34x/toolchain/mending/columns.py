@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from tmcm34x.toolchain.expressions import Expression, Operand
 from tmcm34x.toolchain.mending.text import Change
-from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Line, Statement
+from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Line, Problem, Statement
 from tmcm34x.toolchain.tokens import Token
 
 
@@ -15,7 +15,7 @@ def moved(line: Line, changes: Sequence[Change]) -> Line:
     back = _Back(sorted(changes))
     comment = None if line.comment is None else back.start(line.comment)
     labels = tuple(map(back.token, line.labels))
-    return Line(labels, back.statement(line.statement), comment, line.problems)
+    return Line(labels, back.statement(line.statement), comment, tuple(map(back.problem, line.problems)))
 
 
 class _Back:
@@ -40,6 +40,13 @@ class _Back:
                 return end if ends else start
             shift += len(new) - (end - start)
         return column - shift
+
+    def problem(self, old: Problem) -> Problem:
+        """A mistake in its old place; what would be right is right there only where nothing was changed."""
+        start = self.start(old.start)
+        end = self.end(start, old.end)
+        same = not any(first < end and start < last for first, last, _ in self._changes)
+        return Problem(old.code, start, end, old.text, old.replacement if same else None)
 
     def token(self, old: Token) -> Token:
         start = self.start(old.start)

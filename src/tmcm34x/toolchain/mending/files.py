@@ -23,7 +23,7 @@ from tmcm34x.toolchain.tokens import BLANKS, Token, tokenize
 _MOST: Final = 300
 """Lines of one file that are looked at; a file with more wrong ones is no TMCL."""
 _NAME: Final = re.compile(r"[A-Za-z_]\w*\Z", re.ASCII)
-_DEFINED: Final = re.compile(r"\s*([^\s:=,()/\"#$%][^:=,()\"/]*?)\s*(:(?!=)|=(?!=))")
+_DEFINED: Final = re.compile(r"[\s\ufeff]*([^\s\ufeff:=,()/\"#$%][^:=,()\"/]*?)\s*(:(?!=)|=(?!=))")
 _JUMPED: Final = re.compile(r"(?:\bJC\b[^,]*,|\bJA\b|\bCSUB\b)\s*(.*?)\s*(?://.*)?\Z", re.IGNORECASE)
 _ALONE: Final = re.compile(r"\s*([A-Za-z_]\w*)\s*([;.,]?)\s*(?://.*)?\Z", re.ASCII)
 _LETTER: Final = re.compile(r"[^\W\d_]")
@@ -73,6 +73,7 @@ class _File:
         for index in sorted(left):
             if not (self.line(index) or self.label_alone(index) or self.rest_of_comment(index)):
                 self.guessed(index)
+                self.doubted(index)
         for kind, found in self.habits.items():
             self.habit(kind, found)
         return self.mistakes
@@ -169,7 +170,7 @@ class _File:
     def breaks(self, index: int, match: re.Match[str]) -> bool:
         """Whether a definition has a name that is none, and nothing else is wrong with its line."""
         raw, text = match[1], self.texts[index]
-        if _NAME.match(raw) or not _LETTER.search(raw):
+        if _NAME.match(raw.removeprefix(".")) or not _LETTER.search(raw):
             return False
         found = repair(text, self.labels)
         if found is not None and found.changes and raw.upper() not in self.targets:
@@ -223,12 +224,22 @@ class _File:
 
     def lacks_colon(self, index: int) -> bool:
         """Whether a line is a command after a label without its colon."""
+        line = self.with_colon(index)
+        return line is not None and suits(line)
+
+    def with_colon(self, index: int) -> parser.Line | None:
+        """A line with the colon that it may lack after its label; None where it is complete."""
         found = next((problem for problem in self.lines[index].problems if problem.replacement), None)
         if found is None or found.code != "E103" or found.replacement is None:
-            return False
-        return suits(
-            parser.parse_line(changed(self.texts[index], ((found.start, found.end, found.replacement),)))
-        )
+            return None
+        return parser.parse_line(changed(self.texts[index], ((found.start, found.end, found.replacement),)))
+
+    def doubted(self, index: int) -> None:
+        """Offers no colon where the line is not sound with it."""
+        line, mended = self.lines[index], self.with_colon(index)
+        if mended is not None and not sound(mended):
+            problems = tuple(problem._replace(replacement=None) for problem in line.problems)
+            self.lines[index] = line._replace(problems=problems)
 
     def guessed(self, index: int) -> None:
         """Reports what a line may have meant where that is not certain."""

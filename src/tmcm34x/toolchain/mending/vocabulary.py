@@ -134,11 +134,13 @@ def missing_word(line: Text) -> Iterator[Repair]:
     first = tokens[0]
     known = dict(row.operands[0].words)
     what = f"{row.mnemonic} needs {article(row.operands[0].name)} before {shown(first.text)}: {one_of(known)}"
-    if row.mnemonic == "WAIT" and len(tokens) == 1 and first.kind in ("number", "name"):
+    written = first.text.upper()
+    misspelt = nearest(written, known) or any(word.startswith(written) for word in known)
+    if row.mnemonic == "WAIT" and len(tokens) == 1 and first.kind in ("number", "name") and not misspelt:
         ticks = (first.start, first.start, "TICKS, 0, ")
         yield Repair("E203", first.start, first.end, what, (ticks,))
     commas = sum(token.text == "," for token in tokens)
-    if first.text.upper() not in known and commas + 2 == len(row.operands):
+    if written not in known and commas + 2 == len(row.operands):
         yield Repair("E203", first.start, first.end, what)
 
 
