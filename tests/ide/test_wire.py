@@ -6,8 +6,10 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from tmcm34x.board.models import MODELS
 from tmcm34x.ide import wire
 from tmcm34x.ide.typescript import typescript
+from tmcm34x.ide.vocabulary import model_shape
 
 WEB = Path(__file__).parents[2] / "web"
 
@@ -52,3 +54,12 @@ def test_a_request_is_a_number_and_a_tagged_call():
 def test_a_malformed_request_is_refused(text: str):
     with pytest.raises((msgspec.DecodeError, msgspec.ValidationError)):
         msgspec.json.decode(text.encode(), type=wire.Request)
+
+
+@pytest.mark.parametrize(
+    ("model", "drivers", "max_current_ma", "pin"),
+    [(341, True, None, 32), (342, False, None, 43), (343, True, 1100, 44)],
+)
+def test_a_model_is_shown_as_the_manual_has_it_and_nothing_is_made_up(model, drivers, max_current_ma, pin):
+    shape = model_shape(MODELS[model], known=True)
+    assert (shape.drivers, shape.max_current_ma, shape.shutdown_pin) == (drivers, max_current_ma, pin)

@@ -1,6 +1,6 @@
 // Written by `python -m tmcm34x.ide.typescript` from src/tmcm34x/ide/wire.py: change that, not this.
 
-export const PROTOCOL = 3;
+export const PROTOCOL = 4;
 export const WATCH_BIT = 7;
 export const MOTOR_FLAGS = { left: 1, right: 2, home: 4, reached: 8, left_off: 16, right_off: 32, energised: 64, stalled: 128 } as const;
 export const TIME_FLAGS = { paused: 1, powered: 2, plugged: 4, past: 8 } as const;
@@ -266,8 +266,9 @@ export interface ModelShape {
     number: number;
     name: string;
     version: string;
-    max_current_ma: number;
-    shutdown_pin: boolean;
+    drivers: boolean;
+    max_current_ma: number | null;
+    shutdown_pin: number;
     known: boolean;
 }
 

@@ -48,12 +48,13 @@ def tables(model: int) -> wire.Tables:
 def model_shape(model: Model, *, known: bool) -> wire.ModelShape:
     """A module's kind; `known` when it has said so itself."""
     return wire.ModelShape(
-        model.number,
-        model.name,
-        model.version,
-        model.max_current_ma or (1 if model.drivers else 0),
-        True,
-        known,
+        number=model.number,
+        name=model.name,
+        version=model.version,
+        drivers=model.drivers is not None,
+        max_current_ma=model.max_current_ma,
+        shutdown_pin=model.shutdown_pin,
+        known=known,
     )
 
 

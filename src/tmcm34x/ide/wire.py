@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Final, Literal, NamedTuple, get_args
 
 import msgspec
 
-PROTOCOL: Final = 3
+PROTOCOL: Final = 4
 """Raised when a page built earlier would no longer understand the server."""
 
 MESSAGE_LIMIT: Final = 4 << 20
@@ -206,8 +206,12 @@ class ModelShape(Shape):
     number: int
     name: str
     version: str
-    max_current_ma: int
-    shutdown_pin: bool
+    drivers: bool
+    """It has motor drivers of its own, which measure load and current."""
+    max_current_ma: int | None
+    """Coil current of setting 255; null where that depends on the board."""
+    shutdown_pin: int
+    """Its number on the connector."""
     known: bool
     """The module has said that it is one; a TMCM-343 is assumed until then."""
 

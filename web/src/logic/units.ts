@@ -10,7 +10,7 @@ export interface Scale {
     fullsteps_per_turn: number;
     /** What a turn of the motor moves, where a bench says so; negative the other way. */
     way?: { unit: string; turn: number };
-    /** The module's largest current; 0 where it has no drivers. */
+    /** Current of setting 255; 0 where the module does not say it. */
     max_current_ma?: number;
 }
 

@@ -45,7 +45,7 @@ export function Dial({ motor }: { motor: number }) {
             );
         }
         // Where step and direction leave the board, the coil current is the outside driver's own.
-        const alive = welcome.value?.model.max_current_ma ? (state.flags & MOTOR_FLAGS.energised) !== 0 : powered.value;
+        const alive = welcome.value?.model.drivers ? (state.flags & MOTOR_FLAGS.energised) !== 0 : powered.value;
         rotor.current?.classList.toggle("dead", !alive);
     });
     return (

@@ -126,18 +126,22 @@ function Figures({ motor }: { motor: number }) {
                     {errors}
                 </span>
             ) : (
-                (welcome.value?.model.max_current_ma ?? 0) > 0 && <Meters motor={motor} />
+                welcome.value?.model.drivers && <Meters motor={motor} />
             )}
         </div>
     );
 }
+
+/** In mA where the largest current is known. */
+const currentText = (setting: number, top: number | null): string =>
+    top === null ? `${setting}/${FULL_CURRENT}` : `${Math.round((setting / FULL_CURRENT) * top)} mA`;
 
 function Meters({ motor }: { motor: number }) {
     const load = useComputed(() => motors[motor]!.value.load);
     const current = useComputed(() => motors[motor]!.value.current);
     const still = useComputed(() => motors[motor]!.value.speed === 0);
     const row = axisParameter("load_value");
-    const top = welcome.value?.model.max_current_ma ?? 0;
+    const top = welcome.value?.model.max_current_ma ?? null;
     return (
         <>
             <span class="label" title={`${row.meaning} (axis parameter ${row.number})`}>
@@ -149,7 +153,7 @@ function Meters({ motor }: { motor: number }) {
             </span>
             <span class="meter unit" title="Coil current now">
                 <Bar value={current.value} top={FULL_CURRENT} tone="current" label="current" />
-                {motorKnown(motor, "current") ? `${Math.round((current.value / FULL_CURRENT) * top)} mA` : UNKNOWN}
+                {motorKnown(motor, "current") ? currentText(current.value, top) : UNKNOWN}
             </span>
         </>
     );

@@ -22,7 +22,7 @@ const KINDS = [
 export const FIRST: ReadonlySet<string> = new Set(["position", "target", "speed", "load"]);
 const OF_DRIVERS: ReadonlySet<string> = new Set(["load", "current"]);
 /** Without drivers of its own a module measures neither load nor current. */
-export const offered = () => KINDS.filter(({ curve }) => welcome.value?.model.max_current_ma || !OF_DRIVERS.has(curve));
+export const offered = () => KINDS.filter(({ curve }) => welcome.value?.model.drivers || !OF_DRIVERS.has(curve));
 export const SPANS = [
     [2, "2 s"],
     [10, "10 s"],

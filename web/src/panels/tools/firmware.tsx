@@ -54,7 +54,9 @@ export function Firmware() {
                                 ? "unknown"
                                 : model.max_current_ma
                                   ? `${model.max_current_ma} mA`
-                                  : "set at the driver"}
+                                  : model.drivers
+                                    ? "depends on the board"
+                                    : "set at the driver"}
                         </dd>
                     </div>
                     <div>

@@ -15,7 +15,7 @@ const range = remembered<{ low: number | null; high: number | null; step: number
 });
 
 export function Profile() {
-    if (!welcome.value!.model.max_current_ma) return <NoDrivers />;
+    if (!welcome.value!.model.drivers) return <NoDrivers />;
     const { low, high, step } = range.value;
     const points = profilePoints.value;
     const running = motionOf("profile");

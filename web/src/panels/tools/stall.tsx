@@ -18,7 +18,7 @@ const THRESHOLDS = [0, 1, 2, 3, 4, 5, 6, 7].map(value => ({ value, text: value ?
 export function Stall() {
     want("axis");
     const load = useComputed(() => motors[motor.value]!.value.load);
-    if (!welcome.value!.model.max_current_ma) return <NoDrivers />;
+    if (!welcome.value!.model.drivers) return <NoDrivers />;
     const threshold = parameterValue("stall_threshold");
     const turn = (direction: -1 | 1) =>
         ask({ call: "turn", motor: motor.value, velocity: direction * stallSpeed.value! });
