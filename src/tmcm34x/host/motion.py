@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
+from tmcm34x.host import commands
 from tmcm34x.host.exceptions import DownloadModeError, NotReachedError
 from tmcm34x.host.steps import (
     MOVES,
@@ -89,13 +90,13 @@ def home(motor: int, timeout_s: float) -> Steps[None]:
                 raise NotReachedError(f"motor {motor} has not found its reference point in {timeout_s:g} s")
             yield Pause(POLL_S)
     except BaseException:
-        yield from insist(Instruction(NUMBERS["RFS"], SEARCHES["STOP"], motor))
+        yield from insist(commands.stop_search(motor))
         raise
 
 
 def stop(motor: int) -> Steps[None]:
     """Come to rest along the ramp; sent until it is acknowledged (MST)."""
-    yield from _insist_free(Instruction(NUMBERS["MST"], 0, motor))
+    yield from _insist_free(commands.stop(motor))
 
 
 def stop_all(tell: Callable[[str], None] = lambda _: None) -> Steps[None]:
@@ -106,7 +107,7 @@ def stop_all(tell: Callable[[str], None] = lambda _: None) -> Steps[None]:
     """
     for instruction in (
         Instruction(STOP),
-        *(Instruction(NUMBERS["MST"], 0, motor) for motor in range(MOTORS)),
+        *map(commands.stop, range(MOTORS)),
     ):
         yield from _insist_free(instruction, tell)
 

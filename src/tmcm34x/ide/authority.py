@@ -17,15 +17,15 @@ from contextlib import suppress
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
+from tmcm34x.host import commands as host_commands
 from tmcm34x.host.effects import ALL_MOTORS, commands, consequence, moves
 from tmcm34x.host.polling import AXIS_BANK
 from tmcm34x.host.steps import QUIT_DOWNLOAD, RUN, STEP, STOP
 from tmcm34x.ide import wire
 from tmcm34x.ide.motions import JOG_PATIENCE_S, Motion
 from tmcm34x.ide.sequences import Trouble
-from tmcm34x.ide.stopping import RETRY_S, Stopping, stop_command
-from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
-from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS
+from tmcm34x.ide.stopping import RETRY_S, Stopping
+from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
 from tmcm34x.tmcl.status import Status
@@ -37,9 +37,6 @@ if TYPE_CHECKING:
 WATCH_S: Final = 0.1
 CLOSE_S: Final = 5.0
 """How long the end of the server waits for motors to confirm rest."""
-_ROR: Final = BY_MNEMONIC["ROR"].number
-_ROL: Final = BY_MNEMONIC["ROL"].number
-_SPEED: Final = AXIS_BY_KEY["actual_speed"].number
 _AT_REST: Final = frozenset({"profile", "turn", "jog"})
 """Motions after which their motors stand, whatever ended them."""
 
@@ -186,8 +183,7 @@ class Authority:
 
     async def _rotate(self, motion: Motion) -> None:
         (motor,) = motion.motors
-        number = _ROR if motion.velocity > 0 else _ROL
-        exchange = await self._target.exchange(Instruction(number, 0, motor, abs(motion.velocity)))
+        exchange = await self._target.exchange(host_commands.rotate(motor, motion.velocity))
         if exchange.status != Status.OK:
             self.end([motion])
             raise wire.RefusalError("module", f"{exchange.text}: {exchange.meaning}.")
@@ -265,7 +261,7 @@ class Authority:
     def stop_all(self, *, downloading: bool = False) -> None:
         """Stop the program and all motors at once, and again until all have confirmed; latches."""
         first = [Instruction(QUIT_DOWNLOAD)] if downloading else []
-        self._target.urgent([*first, Instruction(STOP), *map(stop_command, range(MOTORS))])
+        self._target.urgent([*first, Instruction(STOP), *map(host_commands.stop, range(MOTORS))])
         self.latched = True
         for motion in tuple(self._motions.values()):
             self._remove(motion)
@@ -325,7 +321,7 @@ class Authority:
     async def _look(self) -> None:
         """Read the speeds of motors that this server has not started."""
         self._line = self._target.line
-        items = [wire.Watched(AXIS_BANK, _SPEED, motor) for motor in range(MOTORS)]
+        items = [wire.Watched(AXIS_BANK, host_commands.SPEED, motor) for motor in range(MOTORS)]
         speeds = await self._target.read(items)
         if self.quiet:
             self._line = -1
@@ -361,7 +357,7 @@ class Authority:
         """The server ends: stop at once what was started through it."""
         if self.real and (self._started or self._program_started):
             program = [Instruction(STOP)] if self._program_started else []
-            self._target.urgent([*program, *map(stop_command, sorted(self._started))])
+            self._target.urgent([*program, *map(host_commands.stop, sorted(self._started))])
 
     async def close(self) -> str:
         """End all, and wait a little until it is at rest; what is not known to be."""

@@ -18,6 +18,8 @@ from tmcm34x import clock
 from tmcm34x.board.models import MODELS
 from tmcm34x.debug.sessions.base import Listener
 from tmcm34x.debug.sessions.remote import RemoteSession
+from tmcm34x.host.ascii import Terminal
+from tmcm34x.host.commands import motors_of
 from tmcm34x.host.connection import Connection
 from tmcm34x.host.effects import moves
 from tmcm34x.host.exceptions import GarbledReplyError, HostError, LinkError, NoReplyError, ReplyError
@@ -29,7 +31,6 @@ from tmcm34x.ide.exchange import answered, unanswered
 from tmcm34x.ide.polled import pack, put_held
 from tmcm34x.ide.sampling import Samples, column_of
 from tmcm34x.ide.state import Groups
-from tmcm34x.ide.terminal import Terminal, motors_of
 from tmcm34x.tmcl.datagram import Instruction, Reply, pack_request
 from tmcm34x.tmcl.status import Status
 

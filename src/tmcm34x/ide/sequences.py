@@ -14,10 +14,10 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
+from tmcm34x.host import commands
+from tmcm34x.host.polling import AXIS_BANK
 from tmcm34x.ide import wire
-from tmcm34x.ide.stopping import AXIS_BANK
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
-from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import format_instruction
 from tmcm34x.tmcl.status import Status
@@ -33,15 +33,6 @@ SETTLE_S: Final = 0.05
 SAMPLES: Final = 10
 SAMPLE_S: Final = 0.02
 """Between two load values, in the module's time."""
-_MNEMONICS: Final = {name: row.number for name, row in BY_MNEMONIC.items()}
-_COORD: Final = 2
-_MANY: Final = 0x80
-_RFS_START: Final = 0
-_RFS_STATUS: Final = 2
-_KEYS: Final = {
-    ("store", True): "STAP", ("store", False): "STGP", ("restore", True): "RSAP", ("restore", False): "RSGP",
-}  # fmt: skip
-"""Mnemonics by what is to be done and whether it is an axis parameter."""
 
 
 class Trouble(Exception):  # noqa: N818
@@ -55,9 +46,8 @@ class Executor:
         self._target = target
         self.tell = tell
 
-    async def send(self, mnemonic: str, type_: int, motor: int, value: int = 0) -> int:
+    async def send(self, instruction: Instruction) -> int:
         """Have a command executed; the value of its reply."""
-        instruction = Instruction(_MNEMONICS[mnemonic], type_, motor, value)
         exchange = await self._target.exchange(instruction)
         for _ in range(RETRIES):
             if exchange.status:
@@ -76,10 +66,6 @@ class Executor:
                 return value
         raise Trouble(f"{row.name} of motor {motor} cannot be read")
 
-    async def set(self, key: str, motor: int, value: int) -> None:
-        """Set an axis parameter."""
-        await self.send("SAP", AXIS_BY_KEY[key].number, motor, value)
-
     async def wait(self, seconds: float) -> None:
         """Let time of the module pass, so that a slow or fast virtual module is measured alike."""
         end = self._target.now + seconds * clock.HZ
@@ -93,26 +79,25 @@ async def zero(executor: Executor, motor: int) -> str:
     The actual position is written first: while the motor is in velocity mode that moves nothing, and the target
     position is then where the motor is.
     """
-    await executor.send("MST", 0, motor)
+    await executor.send(commands.stop(motor))
     while await executor.read("actual_speed", motor):
         await asyncio.sleep(LOOK_S)
-    await executor.set("actual_position", motor, 0)
-    await executor.set("target_position", motor, 0)
+    await executor.send(commands.set_axis("actual_position", motor, 0))
+    await executor.send(commands.set_axis("target_position", motor, 0))
     return f"Motor {motor} calls this place 0."
 
 
 async def search(executor: Executor, motor: int) -> str:
     """The reference search of one motor, to its end."""
-    await executor.send("RFS", _RFS_START, motor)
-    while await executor.send("RFS", _RFS_STATUS, motor):
+    await executor.send(commands.start_search(motor))
+    while await executor.send(commands.search_state(motor)):
         await asyncio.sleep(LOOK_S)
     return f"The reference search of motor {motor} has ended."
 
 
 async def go(executor: Executor, motors: Sequence[int], coordinate: int) -> str:
     """Move motors to a stored coordinate."""
-    mask = _MANY | sum(1 << motor for motor in motors)
-    await executor.send("MVP", _COORD, mask, coordinate)
+    await executor.send(commands.to_coordinate(motors, coordinate))
     for motor in motors:
         while not await executor.read("position_reached", motor):
             await asyncio.sleep(LOOK_S)
@@ -121,7 +106,7 @@ async def go(executor: Executor, motors: Sequence[int], coordinate: int) -> str:
 
 async def turn(executor: Executor, motor: int, velocity: int) -> str:
     """Turn a motor until the next motion command."""
-    await executor.send("ROR" if velocity >= 0 else "ROL", 0, motor, abs(velocity))
+    await executor.send(commands.rotate(motor, velocity))
     while True:
         await asyncio.sleep(1.0)
 
@@ -129,7 +114,7 @@ async def turn(executor: Executor, motor: int, velocity: int) -> str:
 async def profile(executor: Executor, motor: int, velocities: Iterable[int]) -> str:
     """Measure the load at each velocity; a `ProfilePoint` for each."""
     for velocity in velocities:
-        await executor.send("ROR", 0, motor, velocity)
+        await executor.send(commands.rotate(motor, velocity))
         while await executor.read("actual_speed", motor) != velocity:
             await asyncio.sleep(LOOK_S)
         await executor.wait(SETTLE_S)
@@ -147,9 +132,8 @@ async def keep(executor: Executor, action: wire.Keeping, items: Sequence[wire.Wa
     title = "Storing" if action == "store" else "Restoring"
     for done, item in enumerate(items):
         executor.tell(wire.Progress(title, done, len(items)))
-        axis = item.bank == AXIS_BANK
         try:
-            await executor.send(_KEYS[action, axis], item.number, item.motor if axis else item.bank)
+            await executor.send(commands.keep(action, item.bank, item.number, item.motor))
         except Trouble as trouble:
             raise Trouble(
                 f"{done} of {len(items)} values are {word}, the others are not: {trouble}"

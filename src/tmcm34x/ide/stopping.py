@@ -9,10 +9,9 @@ import asyncio
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Final
 
+from tmcm34x.host import commands
+from tmcm34x.host.polling import AXIS_BANK
 from tmcm34x.ide import wire
-from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
-from tmcm34x.tmcl.commands import BY_MNEMONIC
-from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
@@ -20,21 +19,6 @@ if TYPE_CHECKING:
 
 RETRY_S: Final = 0.25
 """Between two commands to stop."""
-AXIS_BANK: Final = -1
-_RFS: Final = BY_MNEMONIC["RFS"].number
-_RFS_STOP: Final = 1
-_MST: Final = BY_MNEMONIC["MST"].number
-_SPEED: Final = AXIS_BY_KEY["actual_speed"].number
-
-
-def stop_command(motor: int) -> Instruction:
-    """MST of one motor."""
-    return Instruction(_MST, 0, motor)
-
-
-def stop_search(motor: int) -> Instruction:
-    """RFS STOP of one motor."""
-    return Instruction(_RFS, _RFS_STOP, motor)
 
 
 class Stopping:
@@ -71,7 +55,7 @@ class Stopping:
 
     async def _stop(self, motor: int, searching: bool) -> None:
         if searching:
-            await self._target.exchange(stop_search(motor))
+            await self._target.exchange(commands.stop_search(motor))
         while why := await self._try(motor):
             if self.doubts.get(motor) != why:
                 self.doubts[motor] = why
@@ -83,10 +67,10 @@ class Stopping:
 
     async def _try(self, motor: int) -> str:
         """Send the command and read the speed; why the motor is not known to be at rest."""
-        exchange = await self._target.exchange(stop_command(motor))
+        exchange = await self._target.exchange(commands.stop(motor))
         if exchange.status != Status.OK:
             return exchange.meaning
-        (speed,) = await self._target.read([wire.Watched(AXIS_BANK, _SPEED, motor)])
+        (speed,) = await self._target.read([wire.Watched(AXIS_BANK, commands.SPEED, motor)])
         if speed is None:
             return "its speed cannot be read"
         return f"speed {speed}" if speed else ""

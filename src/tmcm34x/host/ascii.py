@@ -8,8 +8,6 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from tmcm34x.tmcl.commands import MOTORS
-
 if TYPE_CHECKING:
     from tmcm34x.host.connection import Connection
 
@@ -27,11 +25,6 @@ _RETURN: Final = b"\r"
 def letter(address: int) -> str:
     """The letter of an address: `A` is module 1, `a` is module 33."""
     return chr((_FIRST_LETTER if address <= _LAST_CAPITAL else _FIRST_SMALL) + address)
-
-
-def motors_of(mask: int) -> str:
-    """The motors of a mask, for people."""
-    return ", ".join(str(motor) for motor in range(MOTORS) if mask & 1 << motor) or "none"
 
 
 class Terminal:

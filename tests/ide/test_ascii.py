@@ -2,7 +2,7 @@
 
 from ide.served import Bench
 from tmcm34x.host import Connection
-from tmcm34x.ide.terminal import Terminal
+from tmcm34x.host.ascii import Terminal
 from tmcm34x.tmcl.datagram import Instruction, pack_request
 
 
