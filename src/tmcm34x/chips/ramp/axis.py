@@ -16,7 +16,7 @@ AnyPart = Coast | Change | Braking
 
 
 class RampAxis(Law):
-    """The registers of an axis, and its future; after setting registers, `cut` starts a new chain."""
+    """The registers of an axis, and its future; after setting registers (and `derive`), `cut` starts a new chain."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -37,7 +37,6 @@ class RampAxis(Law):
 
     def cut(self, state: RampState) -> None:
         """Start a new chain at `state`."""
-        self.derive()
         self.parts.clear()
         self.begin = self.seen = state
 

@@ -29,7 +29,7 @@ def brake_factor(a_max: int, ramp_div: int, pulse_div: int) -> tuple[int, int]:
 
 
 class Law:
-    """Registers by their names, as numbers; after setting them `derive` must be called.
+    """Registers by their names, as numbers; after setting them `derive` must be called (but for targets and switches).
 
     `left` and `right` say whether the stop function of a switch acts: active and not disabled.
     """

@@ -185,6 +185,7 @@ def _take_mode(core: Core, motor: int, data: int, state: RampState) -> None:
         axis.v_target = axis.v_target_read(state)
         core.words[motor][V_TARGET] = axis.v_target & 0xFFF
     axis.mode = mode
+    axis.derive()
     axis.soft_stop = bool(FIELD["SOFT_STOP"].get(data))
     switches.resolve_stops(core, motor)
 
@@ -237,3 +238,4 @@ def _take_number(axis: RampAxis, index: int, data: int) -> None:
     """Let an axis take a register of numbers."""
     for name, field in _NUMBERS[index]:
         setattr(axis, name, field.get(data))
+    axis.derive()
