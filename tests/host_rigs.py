@@ -17,7 +17,7 @@ def faulty(*texts, seed=0):
     return faults
 
 
-def connected(rig=None, *, faults=None, address=1, baud=9600, retries=5, timeout_s=1.0):
+def connected(rig=None, *, faults=None, address=1, baud=9600, retries=2, timeout_s=1.0):
     """A connection to a rig, a new TMCM-343 by default; `connection.line.rig` is the rig."""
     line = RigLine(rig or simple_rig(343), baud, faults=faults)
     return Connection(line, address=address, retries=retries, timeout_s=timeout_s)

@@ -112,12 +112,19 @@ def test_clone_over_a_line_where_one_reply_in_twenty_is_damaged(original):
                                    "status=1,probability=0.08"])  # fmt: skip
 def test_every_kind_of_fault_is_lived_with(original, fault):
     wanted = original.run(backup.read())
-    spare = connected(simple_rig(343, address=9), address=9, faults=faulty(fault), retries=8)
+    spare = connected(simple_rig(343, address=9), address=9, faults=faulty(fault))
     present = spare.run(backup.read())
     assert present.complete
     assert spare.run(restore.restore(wanted, present)) == []
     assert restore.unequal(wanted, spare.run(backup.read())) == []
     assert module_of(original).eeprom.to_bytes() == module_of(spare).eeprom.to_bytes()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_one_damaged_reply_in_thirteen_leaves_a_backup_complete(original, seed):
+    rig = original.line.rig
+    damaged = connected(rig, address=7, baud=115200, faults=faulty("garble,probability=0.077", seed=seed))
+    assert backup.compare(damaged.run(backup.read()), original.run(backup.read())) == []
 
 
 def test_a_restore_that_changes_nothing_writes_nothing(original):

@@ -155,3 +155,18 @@ def test_models_keep_what_their_tables_say():
         "max_current"
     }
     assert len(connected(simple_rig(342)).run(settings.read(settings_items(342)))) == len(settings_items(342))
+
+
+def test_a_module_that_stops_replying_is_not_asked_for_each_setting():
+    connection = connected()
+
+    def cut(done, _):
+        if done == 10:
+            module_of(connection).power_off()
+
+    start, items = connection.line.now(), settings_items(343)
+    readings = connection.run(settings.read(items, cut))
+    assert connection.line.now() - start < 30
+    assert [item for item in items if isinstance(readings[item], Value)] == list(items[:10])
+    assert readings[items[-1]].text.endswith("not asked, because the module had stopped replying")
+    assert to_toml(343, VERSION, readings).startswith("# INCOMPLETE settings")

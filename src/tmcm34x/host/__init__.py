@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.host.exceptions import (
+    DamagedError,
     DownloadModeError,
     FileError,
     GarbledReplyError,
@@ -45,6 +46,7 @@ __all__ = [
     "AsyncConnection",
     "Axis",
     "Connection",
+    "DamagedError",
     "DownloadModeError",
     "FileError",
     "GarbledReplyError",

@@ -27,8 +27,8 @@ from tmcm34x.host.exceptions import (
 from tmcm34x.host.items import MODELS, Item, all_items
 from tmcm34x.host.program import Tell, read_instruction, silent
 from tmcm34x.host.reading import Absent, Reading, Refused, Silent, Value
-from tmcm34x.host.settings import Progress, check_tables, identify, rows, values_of
-from tmcm34x.host.steps import NUMBERS, SEARCHES, Steps, insist, reading, settle, value
+from tmcm34x.host.settings import PATIENCE, Progress, check_tables, identify, rows, values_of
+from tmcm34x.host.steps import NUMBERS, SEARCHES, Steps, ask_again, insist, reading, settle, value
 from tmcm34x.host.toml import Document, literal, table
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_KEYS
 from tmcm34x.tmcl.commands import MOTORS, PROGRAM_SIZE
@@ -36,8 +36,6 @@ from tmcm34x.tmcl.datagram import ChecksumError, Instruction, pack_record, unpac
 from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_KEYS
 
 FORMAT: Final = 1
-PATIENCE: Final = 3
-"""Values in a row without a reply until the module counts as lost."""
 TABLES: Final = (*(f"axis.{motor}" for motor in range(MOTORS)), "module", "variables", "coordinates", "chip")
 _GGP: Final = NUMBERS["GGP"]
 _GAP: Final = NUMBERS["GAP"]
@@ -121,7 +119,7 @@ def _read_present(items: Sequence[Item], count: _Count) -> Steps[dict[Item, Read
     present: dict[Item, Reading] = {}
     silent_items = 0
     for item in items:
-        found = present[item] = yield from reading(item.read)
+        found = present[item] = yield from reading(item.read, ask_again)
         silent_items = silent_items + 1 if isinstance(found, Silent) else 0
         if silent_items >= PATIENCE:
             raise NoReplyError(
@@ -182,7 +180,7 @@ def _recall(
         except ReplyError as error:
             return dict.fromkeys(items, Silent(str(error)))
         for item in items:
-            found[item] = yield from reading(item.read)
+            found[item] = yield from reading(item.read, ask_again)
     finally:
         for item in items:
             before = present[item]

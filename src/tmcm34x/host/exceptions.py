@@ -8,6 +8,7 @@ HostError
 │   │   └── LateReplyError   the answer to an earlier command came: the time-out is too short
 │   └── GarbledReplyError    bytes came, but no reply to this command
 ├── RefusedError             the module answered with an error status, and has done nothing
+│   ├── DamagedError         the command arrived damaged each time that it was sent (status 1)
 │   ├── DownloadModeError    the module stores commands instead of executing them
 │   └── ProtectedError       the program memory is protected against reading or overwriting
 ├── NotAvailableError        this model does not have it; nothing was sent
@@ -25,6 +26,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
+from tmcm34x.tmcl.commands import BY_NUMBER
 from tmcm34x.tmcl.datagram import Instruction, Reply
 from tmcm34x.tmcl.mnemonic import format_instruction
 from tmcm34x.tmcl.status import STATUS_TEXTS, Status
@@ -46,7 +48,7 @@ class ReplyError(HostError):
     """The answer to `instruction` did not arrive; whether it was executed is not known."""
 
     def __init__(self, instruction: Instruction, what: str) -> None:
-        super().__init__(f"{format_instruction(instruction)}: {what}")
+        super().__init__(f"{named(instruction)}: {what}")
         self.instruction = instruction
 
 
@@ -66,7 +68,7 @@ class RefusedError(HostError):
     """The module answered with an error status, and has done nothing."""
 
     def __init__(self, instruction: Instruction, reply: Reply) -> None:
-        super().__init__(f"{format_instruction(instruction)}: {refusal_text(instruction, reply.status)}")
+        super().__init__(f"{named(instruction)}: {refusal_text(instruction, reply.status)}")
         self.instruction = instruction
         self.reply = reply
 
@@ -76,13 +78,17 @@ class RefusedError(HostError):
         return self.reply.status
 
 
+class DamagedError(RefusedError):
+    """The command arrived damaged each time that it was sent: status 1."""
+
+
 class DownloadModeError(RefusedError):
     """The module stores commands instead of executing them: status 101, or 6 to a control function."""
 
     def __init__(self, instruction: Instruction, reply: Reply) -> None:
         super().__init__(instruction, reply)
         self.args = (
-            f"{format_instruction(instruction)}: the module is in download mode and stores commands instead of "
+            f"{named(instruction)}: the module is in download mode and stores commands instead of "
             "executing them; `tmcm34x stop` or command 133 ends that",
         )
 
@@ -123,6 +129,15 @@ class FileError(HostError):
     def __init__(self, path: str, line: int, text: str) -> None:
         super().__init__(f"{path}:{line}: {text}" if line else f"{path}: {text}")
         self.line = line
+
+
+def named(instruction: Instruction) -> str:
+    """A command in an error: the mnemonic and its operands, or the title of a control function and its number."""
+    row = BY_NUMBER.get(instruction.number)
+    if row is None or row.mnemonic:
+        return format_instruction(instruction)
+    place = f" at {instruction.value}" if instruction.value else ""
+    return f"{row.title}{place} ({row.number})"
 
 
 @contextmanager

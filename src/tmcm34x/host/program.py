@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 
 from tmcm34x.host.connection import Connection
 from tmcm34x.host.exceptions import (
+    DamagedError,
     DownloadModeError,
     HostError,
     ProtectedError,
@@ -23,6 +24,7 @@ from tmcm34x.host.exceptions import (
     unfinished,
 )
 from tmcm34x.host.steps import (
+    LOST,
     NUMBERS,
     QUIT_DOWNLOAD,
     READ_MEMORY,
@@ -33,6 +35,7 @@ from tmcm34x.host.steps import (
     STOP,
     Steps,
     ask,
+    ask_again,
     check,
     insist,
     value,
@@ -126,7 +129,7 @@ def quit_download() -> Steps[None]:
 def read_instruction(address: int) -> Steps[Instruction]:
     """The instruction at `address` of the program memory (134).  Raises `ProtectedError`."""
     instruction = Instruction(READ_MEMORY, value=address)
-    answer = yield from ask(instruction)
+    answer = yield from ask_again(instruction)
     if answer.status == Status.NOT_AVAILABLE:
         raise (yield from _why_refused(instruction, answer.reply, 1, "reading"))
     stored = check(instruction, answer).stored
@@ -223,7 +226,7 @@ def store(instructions: Sequence[Instruction], address: int, progress: Progress 
         start = done
         try:
             done = yield from _store_some(instructions, done, address, progress)
-        except ReplyError:
+        except LOST:
             attempts = 0 if done > start else attempts + 1
             if attempts >= ATTEMPTS:
                 raise
@@ -242,6 +245,8 @@ def _store_some(
                 answer = yield from ask(instruction)
             except ReplyError:
                 return (yield from _recover(instructions, done, address))
+            if answer.status == Status.WRONG_CHECKSUM:
+                raise DamagedError(instruction, answer.reply)
             if answer.status != Status.LOADED:
                 raise RefusedError(instruction, answer.reply)
             done += 1
@@ -270,15 +275,15 @@ def _start_download(address: int) -> Steps[None]:
     for attempt in range(ATTEMPTS):
         try:
             answer = yield from ask(instruction)
-        except ReplyError:
+            if answer.status != Status.NOT_AVAILABLE:
+                check(instruction, answer)
+                return
+        except LOST:
             yield from quit_download()  # it may have arrived
             if attempt == ATTEMPTS - 1:
                 raise
             continue
-        if answer.status == Status.NOT_AVAILABLE:
-            raise (yield from _why_refused(instruction, answer.reply, 2, "overwriting"))
-        check(instruction, answer)
-        return
+        raise (yield from _why_refused(instruction, answer.reply, 2, "overwriting"))
 
 
 def check_stored(

@@ -50,6 +50,8 @@ from tmcm34x.tmcl.status import STATUS_TEXTS
 
 QUIET_S: Final = 0.1
 """After bytes that are no reply: how long to wait for more before something that only reads is sent again."""
+DOUBTS: Final = 6
+"""How often an answer to 134 that may be the report of a damaged telegram is asked for again."""
 
 
 class _Sent(NamedTuple):
@@ -85,6 +87,7 @@ class Conversation:
         self._request: object = None
         self._probe: bytes = b""
         self._left = 0
+        self._doubts = 0
         self._late = False
         self._misdirected = False
         self._origin: int = 0
@@ -118,6 +121,7 @@ class Conversation:
             (address, instruction.value & 0xFF) if instruction[:3] == ADDRESS_CHANGE else (address,)
         )
         self._left, self._late, self._misdirected = self.retries if retries is None else retries, False, False
+        self._doubts = DOUBTS if self._left else 0
         same = repeatable(instruction) or stopping(instruction)
         self._request = (address, instruction) if same else object()
         if not stopping(instruction) and self._ambiguous(instruction.number):
@@ -196,7 +200,7 @@ class Conversation:
         own = self._own_form(window)
         if own is not None:
             self._skip()
-            return self._damaged(window) if self._is_doubtful(window) else self._answered(own)
+            return self._doubted(window) if self._is_doubtful(window) else self._answered(own)
         if not is_whole(window):
             self._start += 1
             return None
@@ -280,7 +284,13 @@ class Conversation:
 
         On the module with address 6 the stored command GAP 1, 0 looks like that.
         """
-        return self._left > 0 and window[1] in self._addresses and window[2:8] == DAMAGED
+        return self._doubts > 0 and window[1] in self._addresses and window[2:8] == DAMAGED
+
+    def _doubted(self, window: bytes) -> Answer | bytes | None:
+        """Ask again, beside the other retries: what is stored is the same each time."""
+        self._doubts -= 1
+        self._left += 1
+        return self._damaged(window)
 
     def _is_refusal(self, window: bytes) -> bool:
         """Whether an answer to 134 has the normal form: then the module has not read anything."""

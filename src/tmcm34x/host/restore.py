@@ -17,13 +17,13 @@ from typing import Final, NamedTuple
 
 from tmcm34x.host import program
 from tmcm34x.host.backup import Backup, Difference, compare, groups_of
-from tmcm34x.host.exceptions import RefusedError, ReplyError, VerifyError, unfinished
+from tmcm34x.host.exceptions import RefusedError, VerifyError, unfinished
 from tmcm34x.host.following import following
 from tmcm34x.host.items import COMMUNICATION, GUARDED, Item, all_items
 from tmcm34x.host.program import Progress, silent
 from tmcm34x.host.reading import Reading, Value
 from tmcm34x.host.settings import Failure, in_order
-from tmcm34x.host.steps import NUMBERS, Steps, insist, settle, value
+from tmcm34x.host.steps import LOST, NUMBERS, Steps, insist, settle, value
 from tmcm34x.tmcl.commands import PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_KEYS
@@ -252,14 +252,14 @@ def _change_line(key: str, before: int, number: int) -> Steps[None]:
     write, read = Instruction(_SGP, row.number, 0, number), Instruction(_GGP, row.number)
     there, back = following(write), following(write._replace(value=before))
     for _ in range(program.ATTEMPTS):
-        with suppress(ReplyError):
+        with suppress(*LOST):
             yield from value(write)
         if there is not None:
             yield there
         try:
             if (yield from value(read)) == number:
                 return
-        except ReplyError:
+        except LOST:
             if back is not None:
                 yield back
     raise VerifyError(

@@ -16,8 +16,8 @@ from typing import Any, Final, NamedTuple, cast
 
 from tmcm34x.host.exceptions import FileError, RefusedError, unfinished
 from tmcm34x.host.items import COMMUNICATION, GUARDED, MODELS, Item, settings_items
-from tmcm34x.host.reading import Reading, Value
-from tmcm34x.host.steps import VERSION, Steps, ask, check, insist, reading, settle
+from tmcm34x.host.reading import Reading, Silent, Value
+from tmcm34x.host.steps import VERSION, Steps, ask, ask_again, check, insist, reading, settle
 from tmcm34x.host.toml import Document, table
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
 from tmcm34x.tmcl.commands import MOTORS
@@ -26,6 +26,11 @@ from tmcm34x.tmcl.mnemonic import format_instruction
 
 Readings = Mapping[Item, Reading]
 Progress = Callable[[int, int], None]
+
+
+PATIENCE: Final = 3
+"""Values in a row without a reply until the module counts as lost."""
+_NOT_ASKED: Final = Silent("not asked, because the module had stopped replying")
 
 
 def _silent(done: int, total: int) -> None:
@@ -62,10 +67,14 @@ def identify() -> Steps[tuple[int, str]]:
 
 
 def read(items: Sequence[Item], progress: Progress = _silent) -> Steps[dict[Item, Reading]]:
-    """The values in use.  Raises `LinkError` where the line is gone."""
+    """The values in use; a module that has stopped replying is asked no more.  Raises `LinkError`."""
     readings: dict[Item, Reading] = {}
+    silent = 0
     for done, item in enumerate(items, 1):
-        readings[item] = yield from reading(item.read)
+        found = readings[item] = (
+            _NOT_ASKED if silent >= PATIENCE else (yield from reading(item.read, ask_again))
+        )
+        silent = silent + 1 if isinstance(found, Silent) else 0
         progress(done, len(items))
     return readings
 

@@ -15,7 +15,7 @@ from collections.abc import Callable, Generator
 from typing import Any, Final, Generic, NamedTuple, TypeVar, cast
 
 from tmcm34x.host.answer import Answer
-from tmcm34x.host.exceptions import DownloadModeError, RefusedError, ReplyError
+from tmcm34x.host.exceptions import DamagedError, DownloadModeError, RefusedError, ReplyError
 from tmcm34x.host.reading import Reading, Refused, Silent, Value
 from tmcm34x.tmcl.commands import BY_MNEMONIC, MOVE_TYPES, RFS_TYPES
 from tmcm34x.tmcl.datagram import Instruction
@@ -45,6 +45,8 @@ class Follow(NamedTuple):
     can_bit_rate: int | None = None
 
 
+LOST: Final = (ReplyError, DamagedError)
+"""What a bad line does to a command: the answer is lost, or the command itself."""
 Step = Instruction | Pause | Clock | Follow
 Steps = Generator[Step, Any, T]
 
@@ -110,6 +112,18 @@ def ask(instruction: Instruction) -> Steps[Answer]:
     return answer
 
 
+def ask_again(instruction: Instruction) -> Steps[Answer]:
+    """`ask`, and a second time where no answer came or the command arrived damaged.
+
+    For operations of thousands of telegrams: one that is lost again and again must not spoil the whole.
+    """
+    try:
+        answer = yield from ask(instruction)
+    except ReplyError:
+        return (yield from ask(instruction))
+    return answer if answer.status != Status.WRONG_CHECKSUM else (yield from ask(instruction))
+
+
 def value(instruction: Instruction) -> Steps[int]:
     """The value of the reply.  Raises `RefusedError`."""
     answer = yield from ask(instruction)
@@ -120,6 +134,8 @@ def check(instruction: Instruction, answer: Answer) -> Answer:
     """The answer, if it is not a refusal."""
     if answer.status == _OK:
         return answer
+    if answer.status == Status.WRONG_CHECKSUM:
+        raise DamagedError(instruction, answer.reply)
     if answer.status == Status.LOADED or (
         answer.status == Status.NOT_AVAILABLE and instruction.number in _NEVER_UNAVAILABLE
     ):
@@ -131,8 +147,11 @@ _NEVER_UNAVAILABLE: Final = frozenset({STOP, RESET, 135, VERSION})
 """Control functions that a module refuses with status 6 only in download mode."""
 
 
-def reading(instruction: Instruction) -> Steps[Reading]:
-    """The value, or why there is none, for tables.  Raises `LinkError` where the line is gone."""
+def reading(instruction: Instruction, ask: Callable[[Instruction], Steps[Answer]] = ask) -> Steps[Reading]:
+    """The value, or why there is none, for tables.  Raises `LinkError` where the line is gone.
+
+    ask: `ask`, or `ask_again`
+    """
     try:
         answer = yield from ask(instruction)
     except ReplyError as error:
@@ -145,7 +164,7 @@ def insist(instruction: Instruction, times: int = 10) -> Steps[int]:
     for _ in range(times - 1):
         try:
             return (yield from value(instruction))
-        except ReplyError:
+        except LOST:
             continue
     return (yield from value(instruction))
 
@@ -155,8 +174,8 @@ def settle(write: Instruction, read: Instruction) -> Steps[None]:
     for _ in range(_ATTEMPTS):
         try:
             yield from value(write)
-        except ReplyError:
-            if (yield from value(read)) == write.value:
+        except LOST:
+            if check(read, (yield from ask_again(read))).value == write.value:
                 return
         else:
             return
