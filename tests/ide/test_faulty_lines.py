@@ -126,10 +126,6 @@ def test_an_import_on_a_line_that_is_lost_says_how_much_is_set(tmp_path):
 def test_an_upload_on_a_line_that_is_lost_gives_no_program(tmp_path):
     async def scenario(bench, page):
         await page.call(wire.Download("a.tmc"))
-        bench.arm("silent,after=20")
-        assert await page.refusal(wire.Upload()) == "module"
-        bench.faults.clear()
-        assert "WAIT" in await page.call(wire.Upload())
         bench.arm("unplug,after=20")
         answer = await page.ask(wire.Upload())
         assert (answer.code, "gone" in answer.text) == ("module", True)
