@@ -41,10 +41,11 @@ check: $(VENV)/.test
 	$(BIN)/pyright --pythonplatform Darwin
 	$(BIN)/python hatch_build.py --check-page
 
-# One simulated week of random commands and faults (docs/sessions.md); 1,000 killed servers; an hour of hostile hosts.
+# One simulated week of random commands and faults (docs/sessions.md); 1,000 killed servers; an hour of hostile hosts and browsers each.
 soak: $(VENV)/.test
 	SOAK_HOURS=168 $(BIN)/pytest -n $(JOBS) tests/test_soak.py
 	SOAK_KILLS=1000 SOAK_ROUNDS=50000 $(BIN)/pytest tests/server/test_store.py tests/server/test_hostile.py
+	SOAK_ROUNDS=10000 $(BIN)/pytest tests/ide/test_attacked.py
 
 bench: $(VENV)/.test
 	status=0; for script in benchmarks/bench_*.py; do $(BIN)/python $$script || { status=1; echo "$$script: MISSED"; }; done; exit $$status

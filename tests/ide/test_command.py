@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import json
 import signal
 import socket
@@ -15,7 +14,7 @@ import pytest
 from websockets.asyncio.client import connect
 
 from ide.ide_driver import Window
-from tmcm34x.cli.ide import PORT
+from tmcm34x.cli import ide
 from tmcm34x.firmware.storage import Eeprom
 from tmcm34x.ide import wire
 
@@ -60,16 +59,15 @@ def test_the_eeprom_is_kept_in_its_file(tmp_path):
     assert "x.eeprom" in error
 
 
-def test_the_usual_port_is_taken_once_and_a_free_one_the_second_time(tmp_path):
-    ports = []
-    with contextlib.ExitStack() as stack:
-        for _ in range(2):
-            process = subprocess.Popen([*COMMAND, str(tmp_path)], stdout=subprocess.PIPE, text=True)
-            stack.enter_context(process)
-            stack.callback(process.terminate)
-            ports.append(int(process.stdout.readline().split(":")[2].partition("/")[0]))
-    assert ports[0] != ports[1]
-    assert ports[1] != PORT
+def test_the_usual_port_is_taken_once_and_a_free_one_the_second_time(monkeypatch):
+    """By the function that chooses it: the usual port of this machine may be another IDE's."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        usual = free.getsockname()[1]
+    monkeypatch.setattr(ide, "PORT", usual)
+    with ide.bind_usual() as first, ide.bind_usual() as second:
+        assert first.getsockname() == ("127.0.0.1", usual)
+        assert second.getsockname()[0] == "127.0.0.1"
+        assert second.getsockname()[1] != usual
 
 
 def test_a_taken_address_is_told_in_one_line():

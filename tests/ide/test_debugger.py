@@ -315,3 +315,17 @@ def test_a_search_is_given_up_when_something_else_is_asked_for(tmp_path):
         assert not ide.virtual.past.shown
 
     _go(tmp_path, scenario, ROUNDS)
+
+
+def test_breakpoints_are_not_kept_without_end(tmp_path):
+    async def scenario():
+        async with running(tmp_path) as ide, ide.debugger() as window:
+            point = {"line": 1, "condition": "x" * 100_000}
+            for number in range(10):
+                assert await window.breakpoints(f"{number}.tmc", point)
+            arguments = {"source": {"path": "last.tmc"}, "breakpoints": [point]}
+            assert "remove others first" in await window.fail("setBreakpoints", **arguments)
+            await window.breakpoints("0.tmc")
+            assert await window.do("setBreakpoints", **arguments)
+
+    asyncio.run(scenario())

@@ -14,6 +14,7 @@ import click
 
 from tmcm34x.cli import CliError, link_options, parameter_options, spare_the_collector
 from tmcm34x.cli.signals import stop_on_signals
+from tmcm34x.cli.terminal import ERRORS, Scarcity, logging_here
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -94,12 +95,13 @@ def command(paths: tuple[Path, ...], listen: tuple[str, int] | None, no_browser:
         )
     if options["bench"] and options["model"]:
         raise CliError("the bench file says which model it is: leave --model away")
-    listener = _bind_usual() if listen is None else _bind(*listen)
+    listener = bind_usual() if listen is None else _bind(*listen)
     host = link_options.LOOPBACK if listen is None else listen[0]
-    return asyncio.run(_serve(paths, options, listener, host, no_browser))
+    with logging_here():
+        return asyncio.run(_serve(paths, options, listener, host, no_browser))
 
 
-def _bind_usual() -> socket.socket:
+def bind_usual() -> socket.socket:
     """The port of most starts, so that the browser finds again what it has remembered for it."""
     try:
         return _bind(link_options.LOOPBACK, PORT)
@@ -148,6 +150,10 @@ async def _serve(
         server.should_exit = True
 
     stop_on_signals(loop, end)
+    scarcity = Scarcity(_report)
+    loop.set_exception_handler(
+        lambda loop, context: scarcity.covers(context) or loop.default_exception_handler(context)
+    )
     await hub.open()
     try:
         await _open_links(hub)
@@ -290,4 +296,4 @@ def _target(modules: Modules, options: dict[str, Any]) -> Target:
 
 
 def _report(line: str) -> None:
-    click.echo(f"tmcm34x ide: {line}", err=True)
+    ERRORS.write(f"tmcm34x ide: {line}\n")

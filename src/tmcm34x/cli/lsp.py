@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import logging
 from pathlib import Path
 
 import click
@@ -29,8 +28,6 @@ def command(stdio: bool, tcp: str | None, include_path: tuple[Path, ...], model:
         raise CliError("--stdio and --tcp exclude each other")
     from tmcm34x.editor import sessions
 
-    # pygls warns of each question that an editor takes back after it was answered.
-    logging.getLogger("pygls").setLevel(logging.ERROR)
     spare_the_collector()
     folders = [str(folder.resolve()) for folder in include_path]
     if tcp is None:

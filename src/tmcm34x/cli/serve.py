@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
 import gc
 import os
 import stat
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
@@ -22,11 +21,13 @@ from tmcm34x.capture.record import RecordingError
 from tmcm34x.cli import CliError, FiniteRange, link_options, parameter_options, user_functions
 from tmcm34x.cli.memory import keep, open_eeprom
 from tmcm34x.cli.signals import stop_on_signals
+from tmcm34x.cli.terminal import ERRORS, OUTPUT, Scarcity
 from tmcm34x.firmware.storage import Eeprom, EepromError
 from tmcm34x.links import CanLink, Link, Moving, Reporting
 from tmcm34x.server import Server, Store, TelegramLog
 from tmcm34x.server.control import Control
 from tmcm34x.server.output import Output
+from tmcm34x.server.pace import MOST_SPEED
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
@@ -103,7 +104,7 @@ Examples:
 )
 @click.option(
     "--speed",
-    type=FiniteRange(0, 1e6),
+    type=FiniteRange(0, MOST_SPEED),
     default=1.0,
     show_default=True,
     metavar="FACTOR",
@@ -158,8 +159,8 @@ def command(context: click.Context, **options: Any) -> int:
     interrupted.  Without a link, opens a pseudo terminal.
     """
     with contextlib.ExitStack() as stack:
-        stack.callback(_ERRORS.close)
-        stack.callback(_OUTPUT.close)
+        stack.callback(ERRORS.close)
+        stack.callback(OUTPUT.close)
         log = _record(options["record"], _open_log(options["log_telegrams"], stack), stack)
         rig, stores = _build(context, options, stack)
         server = Server(
@@ -266,7 +267,7 @@ def _open_log(path: str | None, stack: contextlib.ExitStack) -> TelegramLog | No
     if path is None:
         return None
     if path == "-":
-        return TelegramLog(_OUTPUT)
+        return TelegramLog(OUTPUT)
     try:
         stream = Path(path).open("w", encoding="utf-8")  # noqa: SIM115
     except OSError as error:
@@ -297,20 +298,12 @@ def _close(stream: TextIO) -> None:
         stream.close()
 
 
-_OUTPUT: Final = Output(1)
-_ERRORS: Final = Output(2)
-
-
 def _report(line: str) -> None:
-    _ERRORS.write(f"tmcm34x serve: {line}\n")
-
-
-_SCARCE: Final = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM, errno.ECONNABORTED})
-"""Why a connection could not be accepted; asyncio tries again after a second."""
+    ERRORS.write(f"tmcm34x serve: {line}\n")
 
 
 def _announce(kind: str, address: str) -> None:
-    _OUTPUT.write(f"ready {kind} {address}\n")
+    OUTPUT.write(f"ready {kind} {address}\n")
 
 
 def _watch(log: object, loop: asyncio.AbstractEventLoop, stop: Callable[[Exception], None]) -> None:
@@ -331,18 +324,12 @@ async def _serve(
         if not stopped.done():
             stopped.set_exception(error) if error else stopped.set_result(None)
 
-    reported: set[str] = set()
+    scarcity = Scarcity(_report)
 
     def judge(_: object, context: dict[str, Any]) -> None:
         """A bug must not be logged and forgotten: it ends the server."""
-        error = context.get("exception", RuntimeError(context["message"]))
-        if isinstance(error, OSError) and error.errno in _SCARCE and "socket" in context:
-            line = f"connections are not accepted at times: {error.strerror}"
-            if line not in reported:
-                reported.add(line)
-                _report(line)
-        else:
-            stop(error)
+        if not scarcity.covers(context):
+            stop(context.get("exception", RuntimeError(context["message"])))
 
     loop.set_exception_handler(judge)
     _watch(getattr(server.log, "also", server.log), loop, stop)

@@ -40,10 +40,13 @@ _MOST_DIAGNOSTICS: Final = 500
 
 def _unanswered(record: logging.LogRecord) -> bool:
     """Keeps refusals out of the log: the editor has them as answers."""
-    return not (record.exc_info and isinstance(record.exc_info[1], JsonRpcException))
+    refused = record.exc_info and isinstance(record.exc_info[1], JsonRpcException)
+    return not refused and not str(record.msg).startswith("Unable to deserialize message")
 
 
 logging.getLogger("pygls.protocol.json_rpc").addFilter(_unanswered)
+# pygls warns of each question that an editor takes back after it was answered.
+logging.getLogger("pygls").setLevel(logging.ERROR)
 
 
 class TmclServer(LanguageServer):

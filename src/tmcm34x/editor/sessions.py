@@ -19,19 +19,39 @@ from tmcm34x.editor.workspace import Files
 
 _LARGEST_MESSAGE: Final = 64 * 1024 * 1024
 """Bytes."""
+_MOST_WAITING: Final = 16
+"""Messages that wait for the client before the next one of its own is read."""
 
 
 class _Writer:
     """What pygls writes to: whole messages without a header, in order."""
 
     def __init__(self) -> None:
-        self.messages: asyncio.Queue[str | None] = asyncio.Queue()
+        self._messages: asyncio.Queue[str | None] = asyncio.Queue()
+        self._sent = asyncio.Event()
+        self._over = False
 
     def write(self, data: bytes) -> None:
-        self.messages.put_nowait(data.decode())
+        self._messages.put_nowait(data.decode())
 
     def close(self) -> None:
-        self.messages.put_nowait(None)
+        self._messages.put_nowait(None)
+
+    async def pump(self, send: Callable[[str], Awaitable[object]]) -> None:
+        """Send what is written, until it is closed."""
+        try:
+            while (message := await self._messages.get()) is not None:
+                await send(message)
+                self._sent.set()
+        finally:
+            self._over = True
+            self._sent.set()
+
+    async def drain(self) -> None:
+        """Wait until little is left to be sent."""
+        while self._messages.qsize() > _MOST_WAITING and not self._over:
+            self._sent.clear()
+            await self._sent.wait()
 
 
 async def serve_messages(
@@ -50,18 +70,18 @@ async def serve_messages(
     writer = _Writer()
     server.protocol.set_writer(writer, include_headers=False)
 
-    async def pump() -> None:
-        while (message := await writer.messages.get()) is not None:
-            await send(message)
-
-    pumping = asyncio.create_task(pump())
+    pumping = asyncio.create_task(writer.pump(send))
     try:
         async for text in received:
             if not _handle(server, writer, text):
                 break
+            await writer.drain()
+    except asyncio.CancelledError:
+        pumping.cancel()
+        raise
     finally:
         writer.close()
-        with contextlib.suppress(ConnectionError):
+        with contextlib.suppress(ConnectionError, asyncio.CancelledError):
             await pumping
         server.shutdown()
 

@@ -18,6 +18,7 @@ from starlette.applications import Starlette
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.routing import Route, WebSocketRoute
 
+from tmcm34x.ide.connections import HttpConnection, SocketConnection
 from tmcm34x.ide.debug_socket import DebugSocket
 from tmcm34x.ide.language import Language
 from tmcm34x.ide.page import Page
@@ -91,10 +92,12 @@ class Application:
         return _Server(
             uvicorn.Config(
                 self.starlette,
-                ws="websockets-sansio",
+                http=HttpConnection,
+                ws=SocketConnection,
                 ws_max_size=MESSAGE_LIMIT,
                 ws_per_message_deflate=False,
-                log_level="warning",
+                log_config=None,
+                log_level="error",
                 access_log=False,
                 timeout_graceful_shutdown=1,
                 lifespan="off",

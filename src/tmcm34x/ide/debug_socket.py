@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import msgspec
-from starlette.websockets import WebSocketDisconnect
 
 from tmcm34x.ide.debugger import Window
-from tmcm34x.ide.wire import MALFORMED
+from tmcm34x.ide.messages import Outbox, refuse, texts
 
 if TYPE_CHECKING:
     from starlette.websockets import WebSocket
 
     from tmcm34x.ide.debugger import Debugger
-
-MAX_WAITING: Final = 10_000
-"""Messages that wait for one window; one that falls behind farther is cut off and may come back."""
 
 
 class DebugSocket:
@@ -26,7 +22,7 @@ class DebugSocket:
     def __init__(self, debugger: Debugger, socket: WebSocket) -> None:
         self._debugger = debugger
         self._socket = socket
-        self._messages: asyncio.Queue[dict[str, Any]] = asyncio.Queue(MAX_WAITING)
+        self._messages = Outbox(self._cut_off)
         self._reader: asyncio.Task[None] | None = None
 
     async def serve(self) -> None:
@@ -36,8 +32,6 @@ class DebugSocket:
         self._reader = asyncio.create_task(self._receive(window))
         try:
             await self._reader
-        except (WebSocketDisconnect, KeyError):
-            pass
         except asyncio.CancelledError:
             if not self._reader.cancelled():
                 raise
@@ -47,23 +41,23 @@ class DebugSocket:
             await asyncio.gather(sender, return_exceptions=True)
 
     async def _receive(self, window: Window) -> None:
-        while True:
-            text = await self._socket.receive_text()
+        async for text in texts(self._socket):
             try:
+                if text is None:
+                    raise msgspec.DecodeError("not a text message")
                 message = msgspec.json.decode(text)
             except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-                await self._socket.close(MALFORMED, str(error)[:100])
+                await refuse(self._socket, str(error))
                 return
             await self._debugger.handle(window, message)
 
     def _put(self, message: dict[str, Any]) -> None:
-        try:
-            self._messages.put_nowait(message)
-        except asyncio.QueueFull:
-            if self._reader is not None:
-                self._reader.cancel()
+        self._messages.put(msgspec.json.encode(message))
+
+    def _cut_off(self) -> None:
+        """This window does not read: forget it."""
+        if self._reader is not None:
+            self._reader.cancel()
 
     async def _send(self) -> None:
-        while True:
-            message = await self._messages.get()
-            await self._socket.send_text(msgspec.json.encode(message).decode())
+        await self._messages.run(lambda data: self._socket.send_text(data.decode()))

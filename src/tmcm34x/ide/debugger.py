@@ -385,6 +385,8 @@ class Debugger:
         source = arguments["source"]
         marks = _Marks(source, arguments.get("breakpoints", []), body["breakpoints"])
         self._marks[source.get("path", "")] = marks
+        if not marks.placed:
+            del self._marks[source.get("path", "")]
         return marks.event()
 
     def keep_filters(self, arguments: Message, _: Message) -> Message:

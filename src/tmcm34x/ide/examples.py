@@ -14,6 +14,7 @@ from typing import Final
 
 from tmcm34x.files import parse_toml, read_text
 from tmcm34x.ide import wire
+from tmcm34x.ide.workspace import Workspace
 
 _PACKED: Final = files("tmcm34x") / "examples"
 _SOURCE: Final = Path(__file__).parents[3] / "examples"
@@ -40,11 +41,10 @@ def listed() -> wire.Examples:
 
 def text(name: str) -> str:
     """The text of one file of the examples.  Raises `wire.RefusalError`."""
-    root = folder().resolve()
-    path = (root / name).resolve()
-    if not path.is_relative_to(root) or not path.is_file() or path.suffix not in {".tmc", ".toml"}:
+    examples = Workspace(folder(), frozenset({".tmc", ".toml"}))
+    if name not in [entry.path for entry in examples.files()]:
         raise wire.RefusalError("path", f"There is no example {name}.")
-    return read_text(path)
+    return read_text(examples.resolve(name))
 
 
 def _name(root: Path, path: Path) -> str:

@@ -63,6 +63,7 @@ class Hub:
         self.pages: set[Page] = set()
         self.links: list[str] = []
         """Kind and address of each line on which other hosts reach a virtual module."""
+        self._building = asyncio.Lock()
         self._show = show
         self._named = named
         self._start = secrets.token_hex(8)
@@ -269,11 +270,12 @@ class Hub:
     async def build(
         self, path: str, texts: Mapping[str, str], options: wire.BuildOptions, *, as_part: bool = False
     ) -> Built:
-        """Assemble and check a program; see `building.build`."""
-        return await asyncio.to_thread(
-            build, self.workspace, path, texts, options.model or self.target.model.number,
-            as_part=as_part, append_stop=options.append_stop,
-        )  # fmt: skip
+        """Assemble and check a program; see `building.build`.  One at a time: two take as long together."""
+        async with self._building:
+            return await asyncio.to_thread(
+                build, self.workspace, path, texts, options.model or self.target.model.number,
+                as_part=as_part, append_stop=options.append_stop,
+            )  # fmt: skip
 
     async def _assemble(self, page: Page, call: wire.Assemble) -> wire.Assembled:
         return (await self.build(call.path, call.texts, call.options, as_part=True)).answer

@@ -172,6 +172,8 @@ def _forbidden(url: Url) -> str:
     """Why a page may not open a line."""
     if url.scheme == "virtual":
         return "A virtual module is chosen as such, not by a URL."
+    if not url.text.isprintable():
+        return "This is no name of a line."
     port = url.target if url.scheme in {"serial", "slcan"} else _channel(url)
     if not port or _is_serial(port):
         return ""

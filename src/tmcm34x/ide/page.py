@@ -2,23 +2,23 @@
 
 Back pressure: state is packed when the socket has room, never before, so a slow browser gets fewer frames and
 nothing piles up.  Log lines that are not fetched in time are skipped and counted.  Answers cannot pile up because
-a page may have only so many calls under way.
+a page may have only so many calls under way, and so much text in them.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import sys
-import traceback
-from collections import deque
+import logging
+from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
 import msgspec
-from starlette.websockets import WebSocketDisconnect, WebSocketState
+from starlette.websockets import WebSocketState
 
 from tmcm34x.ide import wire
+from tmcm34x.ide.messages import Outbox, refuse, texts
 from tmcm34x.ide.state import Frames
 
 if TYPE_CHECKING:
@@ -28,9 +28,11 @@ if TYPE_CHECKING:
 
 MAX_CALLS: Final = 64
 """Calls of one page under way at a time."""
-MAX_BACKLOG: Final = 8 << 20
-"""Bytes of events that wait for one page; one that falls behind farther is cut off and may come back."""
+MAX_TEXT: Final = 12 << 20
+"""Characters of these calls together."""
 LOG_S: Final = 0.1
+
+_log = logging.getLogger(__name__)
 
 _numbers = count(1)
 _request = msgspec.json.Decoder(wire.Request)
@@ -43,12 +45,11 @@ class Page:
     def __init__(self, hub: Hub, socket: WebSocket) -> None:
         self._hub = hub
         self._socket = socket
-        self._events: deque[bytes] = deque()
-        self._backlog = 0
-        self._wake = asyncio.Event()
+        self._events = Outbox(self._cut_off)
         self._reader: asyncio.Task[None] | None = None
         self._frames = Frames()
-        self._calls: set[asyncio.Task[None]] = set()
+        self._calls: dict[asyncio.Task[None], int] = {}
+        """Under way, with the length of their texts."""
         self._log_from: int | None = None
         self._hurry = asyncio.Event()
         self._sampled = hub.target.samples.last
@@ -62,13 +63,7 @@ class Page:
 
     def send(self, event: wire.Event) -> None:
         """Let the page have an event, in order."""
-        if self._backlog > MAX_BACKLOG:
-            self._cut_off()
-            return
-        data = _event.encode(event)
-        self._backlog += len(data)
-        self._events.append(data)
-        self._wake.set()
+        self._events.put(_event.encode(event))
 
     def _cut_off(self) -> None:
         """This window does not read: forget it."""
@@ -98,8 +93,6 @@ class Page:
         self._reader = asyncio.create_task(self._receive())
         try:
             await self._reader
-        except WebSocketDisconnect:
-            pass
         except asyncio.CancelledError:
             if not self._reader.cancelled():
                 raise
@@ -110,25 +103,27 @@ class Page:
             self._hub.leave(self)
 
     async def _receive(self) -> None:
-        while True:
-            message = await self._socket.receive()
-            if message["type"] == "websocket.disconnect":
-                return
-            text = message.get("text")
+        async for text in texts(self._socket):
             try:
                 if text is None:
                     raise msgspec.DecodeError("not a text message")
                 number, call = _request.decode(text)
             except (msgspec.DecodeError, UnicodeError) as error:
-                await self._socket.close(wire.MALFORMED, str(error)[:100])
+                await refuse(self._socket, str(error))
                 return
             self.heard_s = asyncio.get_running_loop().time()
-            if len(self._calls) >= MAX_CALLS:
+            if isinstance(call, wire.StopAll) or self._has_room(len(text)):
+                self._begin(number, call, len(text))
+            else:
                 self.send(wire.Refusal(number, "busy", "Too many requests at a time."))
-                continue
-            task = asyncio.create_task(self._answer(number, call))
-            self._calls.add(task)
-            task.add_done_callback(self._calls.discard)
+
+    def _has_room(self, size: int) -> bool:
+        return len(self._calls) < MAX_CALLS and sum(self._calls.values()) + size <= MAX_TEXT
+
+    def _begin(self, number: int, call: wire.Call, size: int) -> None:
+        task = asyncio.create_task(self._answer(number, call))
+        self._calls[task] = size
+        task.add_done_callback(self._calls.pop)
 
     async def _answer(self, number: int, call: wire.Call) -> None:
         try:
@@ -137,16 +132,10 @@ class Page:
             self.send(wire.Refusal(number, error.code, str(error)))
         except Exception as error:
             self.send(wire.Refusal(number, "bug", f"The IDE's server has a bug: {error!r}"))
-            traceback.print_exc(file=sys.stderr)
+            _log.exception("in %s", type(call).__name__)
 
     async def _send_events(self) -> None:
-        while True:
-            await self._wake.wait()
-            self._wake.clear()
-            while self._events:
-                data = self._events.popleft()
-                await self._send(data, text=True)
-                self._backlog -= len(data)
+        await self._events.run(partial(self._send, text=True))
 
     async def _send_states(self) -> None:
         loop = asyncio.get_running_loop()

@@ -262,6 +262,8 @@ class Remote:
         connection = self._connection
         if connection is None:
             raise wire.RefusalError("line", "The line is gone.")
+        if self.url.is_can:
+            raise wire.RefusalError("can", "The ASCII interface is on serial lines, not on CAN.")
         return await asyncio.get_running_loop().run_in_executor(
             self._thread, self._terminal.send, connection, self._address, line
         )

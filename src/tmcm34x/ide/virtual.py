@@ -25,6 +25,7 @@ from tmcm34x.ide.sampling import Sampled, Samples
 from tmcm34x.ide.seen import Seen
 from tmcm34x.ide.state import ALL_UNKNOWN, NOW, Groups, bits, empty, put
 from tmcm34x.server.control import MOVE_TIME
+from tmcm34x.server.pace import MOST_SPEED
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import SIZE, Instruction, pack_request
 from tmcm34x.tmcl.status import Status
@@ -376,9 +377,9 @@ class Virtual:
 
     def set_time(self, call: wire.SetTime) -> None:
         """Hold time, let it go, change its speed."""
-        self.server.change_pace(
-            speed=None if call.speed is None else max(0.0, call.speed), paused=call.paused
-        )
+        if call.speed is not None and not 0 <= call.speed <= MOST_SPEED:
+            raise wire.RefusalError("range", f"The speed of time is 0..{MOST_SPEED:g}.")
+        self.server.change_pace(speed=call.speed, paused=call.paused)
         self._seen = None
         self._speed = self.server.pace.speed
 

@@ -15,6 +15,8 @@ from typing import Any, ClassVar, Final, Literal, NamedTuple, get_args
 
 import msgspec
 
+from tmcm34x.toolchain.diagnostics import printable
+
 PROTOCOL: Final = 4
 """Raised when a page built earlier would no longer understand the server."""
 
@@ -1352,8 +1354,12 @@ EVENTS: Final[tuple[type[Event], ...]] = get_args(AnyEvent)
 
 
 class RefusalError(Exception):
-    """A call that cannot be done; becomes a `Refusal`."""
+    """A call that cannot be done; becomes a `Refusal` of one line."""
 
     def __init__(self, code: str, text: str) -> None:
-        super().__init__(text)
+        super().__init__(printable(text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"))
         self.code = code
+
+
+_LONGEST: Final = 400
+"""Characters of a refusal; texts that pages send are quoted in it."""

@@ -24,6 +24,7 @@ from tmcm34x.bench.snapshot import SnapshotError
 from tmcm34x.links import LinkError
 from tmcm34x.links.faults import FaultError, parse
 from tmcm34x.links.faulty import Faults
+from tmcm34x.server.pace import MOST_SPEED
 
 if TYPE_CHECKING:
     from tmcm34x.bench.counters import Counters
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 LONGEST_LINE: Final = 1 << 20
 PATIENCE_S: Final = 10.0
 """A client that does not take its reply in this time is disconnected."""
-MOST_SPEED: Final = 1e6
 MOST_SECONDS: Final = 1e6
 
 _PLAIN: Final = {int, float, str, bool, type(None)}

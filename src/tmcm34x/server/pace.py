@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Final
 
 from tmcm34x import clock
+
+MOST_SPEED: Final = 1e6
+"""Beyond any computer, and still far from where the arithmetic of clocks ends."""
 
 
 class Pace:
     """Virtual time as a straight line over wall time, drawn anew when speed or pause change.
 
-    speed: virtual seconds per wall second; 1 is real time, 0 is as fast as there is something to do
+    speed: virtual seconds per wall second, 0..`MOST_SPEED`; 1 is real time, 0 is as fast as there is something to do
     monotonic: the wall clock [s]
     """
 

@@ -14,6 +14,9 @@ from tmcm34x.debug.expressions import Expression, ExpressionError, compile_expre
 
 _LABELS: Final = "<labels>"
 _ADDRESSES: Final = "<addresses>"
+MOST_TEXT: Final = 1 << 20
+"""Characters of all breakpoints together, those of a breakpoint itself being `_FIXED`."""
+_FIXED: Final = 100
 _NOWHERE: Final = "no command of the program at this line or below it"
 
 _NOT_LOADED: Final = "this file is not in the module's program: download it first"
@@ -87,9 +90,14 @@ class Breakpoints:
                 self._debuggee.event("breakpoint", reason="changed", breakpoint=answer)
 
     def _set(self, key: str, wanted: list[m.SourceBreakpoint]) -> dict[str, Any]:
+        others = {other: points for other, points in self._wanted.items() if other != key and points}
+        if _size(others) + _size({key: wanted}) > MOST_TEXT:
+            raise RequestError("these are more breakpoints than are kept: remove others first")
         first = self._numbers + 1
         self._numbers += len(wanted)
-        self._wanted[key], self._numbered[key] = wanted, list(range(first, self._numbers + 1))
+        self._wanted = {**others, key: wanted}
+        self._numbered = {other: self._numbered[other] for other in others}
+        self._numbered[key] = list(range(first, self._numbers + 1))
         return {"breakpoints": self._place_all()[key]}
 
     def _place_all(self) -> Mapping[str, Answers]:
@@ -135,6 +143,17 @@ class Breakpoints:
         if address is None:
             raise RequestError(_NOWHERE)
         return address
+
+
+def _size(wanted: Mapping[str, list[m.SourceBreakpoint]]) -> int:
+    """About how much is kept of breakpoints, in characters."""
+    texts = sum(
+        len(text or "")
+        for points in wanted.values()
+        for point in points
+        for text in (point.condition, point.hit_condition, point.log_message, point.name)
+    )
+    return texts + sum(len(key) + _FIXED * len(points) for key, points in wanted.items())
 
 
 REQUESTS: Final[Mapping[str, Request]] = {
