@@ -69,7 +69,7 @@ def head(ide: Ide, path: str = "/", **more: str) -> bytes:
     return ("\r\n".join(lines) + "\r\n\r\n").encode("latin-1")
 
 
-def test_requests_that_are_none_are_refused_and_end_nothing(folder, capfd):
+def test_requests_that_are_none_are_refused_and_end_nothing(folder, capfd, caplog):
     async def scenario():
         async with running(folder) as ide:
             for data in (
@@ -94,7 +94,7 @@ def test_requests_that_are_none_are_refused_and_end_nothing(folder, capfd):
             assert (await raw(ide, head(ide, "/alive"))).split()[1] == b"204"
 
     asyncio.run(scenario())
-    assert "Traceback" not in capfd.readouterr().err
+    assert "Traceback" not in capfd.readouterr().err + caplog.text
 
 
 @pytest.mark.parametrize("path", SOCKETS)
@@ -115,7 +115,7 @@ def test_sockets_of_others_are_refused(folder, path):
 
 
 @pytest.mark.parametrize("path", SOCKETS)
-def test_any_message_is_answered_or_ends_its_socket_only(folder, path, capfd):
+def test_any_message_is_answered_or_ends_its_socket_only(folder, path, capfd, caplog):
     messages: list[str | bytes] = [
         "", "[" * 100_000, '{"a":' * 50_000, "1" * 100_000, "NaN", b"\xff\xfe", b"", '"\\ud800"', "[1, {}]",
         "[1e999, 1]",
@@ -140,11 +140,11 @@ def test_any_message_is_answered_or_ends_its_socket_only(folder, path, capfd):
             assert files_open() <= before + 4
 
     asyncio.run(scenario())
-    assert "Traceback" not in capfd.readouterr().err
+    assert "Traceback" not in capfd.readouterr().err + caplog.text
 
 
 @pytest.mark.parametrize("path", SOCKETS)
-def test_windows_that_flood_vanish_and_never_read_are_forgotten(folder, path, capfd):
+def test_windows_that_flood_vanish_and_never_read_are_forgotten(folder, path, capfd, caplog):
     texts = {
         "/wire": '[7, {"call": "ping"}]',
         "/lsp": json.dumps({"jsonrpc": "2.0", "id": 1, "method": "no/such"}),
@@ -165,7 +165,7 @@ def test_windows_that_flood_vanish_and_never_read_are_forgotten(folder, path, ca
             await other.until(lambda: files_open() <= before + 4)
 
     asyncio.run(scenario())
-    assert "Traceback" not in capfd.readouterr().err
+    assert "Traceback" not in capfd.readouterr().err + caplog.text
 
 
 def test_no_name_of_a_file_leads_out_of_the_folder(folder):

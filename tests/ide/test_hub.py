@@ -470,7 +470,7 @@ def test_other_commands_are_refused_while_a_program_is_downloaded(tmp_path):
     _go(tmp_path, scenario)
 
 
-def test_a_bug_in_the_server_reaches_the_page_and_the_terminal(tmp_path, capsys):
+def test_a_bug_in_the_server_reaches_the_page_and_the_log(tmp_path, caplog):
     async def run():
         async with running(tmp_path) as ide, ide.page() as page:
             workspace = ide.hub.folder._workspace
@@ -481,4 +481,4 @@ def test_a_bug_in_the_server_reaches_the_page_and_the_terminal(tmp_path, capsys)
                 ide.hub.folder._workspace = workspace
 
     asyncio.run(run())
-    assert "Traceback" in capsys.readouterr().err
+    assert "Traceback" in caplog.text
