@@ -46,6 +46,21 @@ def test_a_planted_bug_is_found_by_asking_who_wrote_this(open_ide: OpenIde, tmp_
     expect(executed(page)).to_contain_text("Crash:")
 
 
+def test_variables_and_watches_have_a_button_that_asks_who_wrote_them(open_ide: OpenIde, tmp_path) -> None:
+    page = crashed(open_ide, tmp_path)
+    page.get_by_role("tab", name=re.compile("^Program")).click()
+    page.get_by_role("button", name="Who wrote gp[3]?", exact=True).click()
+    expect(strip(page)).to_contain_text("PAST")
+    expect(page.locator(".notices")).to_contain_text("gp[3]:")
+    page.get_by_role("button", name="Back to the present").click()
+    expect(strip(page)).to_have_count(0)
+    page.get_by_role("textbox", name="New watch").fill("co[5][0]")
+    page.get_by_role("textbox", name="New watch").press("Enter")
+    page.get_by_role("button", name="Who wrote co[5][0]?", exact=True).click()
+    expect(executed(page)).to_contain_text("SCO   5, 0, 900")
+    expect(page.locator(".notices")).to_contain_text(f"line {CULPRIT}: SCO 5, 0, 900 (200 → 900)")
+
+
 def test_the_scrubber_shows_past_moments_and_a_branch_begins_there(open_ide: OpenIde, tmp_path) -> None:
     page = crashed(open_ide, tmp_path)
     moment = page.get_by_role("slider", name="Moment")

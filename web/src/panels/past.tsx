@@ -1,6 +1,7 @@
 // What says that a past moment is shown, with the ways out; how much memory the history has.
-import { can, shownSeconds } from "../logic/app";
-import { branch, end, goOn, hertz, history, leave, past } from "../logic/past";
+import { can, online, running, shownSeconds } from "../logic/app";
+import { branch, end, goOn, hertz, history, leave, past, whoWrote } from "../logic/past";
+import { IconButton } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
 export function PastStrip() {
@@ -21,6 +22,23 @@ export function PastStrip() {
                 Back to the present
             </button>
         </div>
+    );
+}
+
+/** Beside a value that the debugger can name: shows the moment before its last write. */
+export function WhoWrote({ value }: { value: string }) {
+    if (!can.value.history) return null;
+    const question = `Who wrote ${value}?`;
+    return (
+        <IconButton
+            icon="undo"
+            size={12}
+            class="who"
+            label={question}
+            title={`${question} Shows the moment before the last write; the program must be held.`}
+            disabled={!online.value || running.value}
+            onClick={() => void whoWrote(value)}
+        />
     );
 }
 

@@ -35,6 +35,7 @@ import { openFile } from "../logic/documents";
 import { keyOf, parameters, refresh, touched, wanted } from "../logic/parameters";
 import { ActionButton, Empty, IconButton } from "../widgets/basics";
 import { NumberField } from "../widgets/fields";
+import { WhoWrote } from "./past";
 
 const frames = signal<Frame[]>([]);
 const FLAG_NAMES: Record<string, string> = {
@@ -164,17 +165,20 @@ export function Program() {
                 {variables.map(row => {
                     const value = parameters.value.globals.get(`2/${row.number}`);
                     return (
-                        <label key={row.number} class={touched.value.has(keyOf(2, row.number)) ? "touched" : ""}>
-                            <span>{row.number}</span>
-                            <NumberField
-                                value={value ?? ""}
-                                disabled={value == null}
-                                low={row.low}
-                                high={row.high}
-                                label={`User variable ${row.number}`}
-                                onCommit={next => void send("SGP", row.number, 2, next).then(refresh)}
-                            />
-                        </label>
+                        <div key={row.number} class="variable">
+                            <label class={touched.value.has(keyOf(2, row.number)) ? "touched" : ""}>
+                                <span>{row.number}</span>
+                                <NumberField
+                                    value={value ?? ""}
+                                    disabled={value == null}
+                                    low={row.low}
+                                    high={row.high}
+                                    label={`User variable ${row.number}`}
+                                    onCommit={next => void send("SGP", row.number, 2, next).then(refresh)}
+                                />
+                            </label>
+                            <WhoWrote value={`gp[${row.number}]`} />
+                        </div>
                     );
                 })}
             </div>
@@ -264,7 +268,9 @@ function Register({ name, title, value }: { name: string; title: string; value: 
                     onCommit={next => assign(name, next)}
                 />
             </dd>
-            <dd class="muted">${(value >>> 0).toString(16)}</dd>
+            <dd class="muted">
+                ${(value >>> 0).toString(16)} <WhoWrote value={name} />
+            </dd>
         </div>
     );
 }
@@ -272,6 +278,8 @@ function Register({ name, title, value }: { name: string; title: string; value: 
 const expressions = remembered<string[]>("expressions", []);
 const values = signal<(number | string)[]>([]);
 
+/** An expression that names a value which something can write. */
+const REFERENCE = /^(accumulator|x|(gp|ap|co|out)(\[[^[\]]+\])+)$/i;
 /** Between two looks at the watches; on a serial line each takes its time. */
 const LOOK_MS = 400;
 const SLOW_LOOK_MS = 1500;
@@ -316,6 +324,7 @@ function Watches() {
                                 {value === undefined ? "…" : "no value"}
                             </span>
                         )}
+                        {REFERENCE.test(expression) && <WhoWrote value={expression} />}
                         <IconButton
                             icon="close"
                             size={12}
