@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tmcm34x.bench import simple_rig
 from tmcm34x.firmware.ports.can import CanPort
-from tmcm34x.host import Connection, GarbledReplyError, LinkError, Module, backup, connect, scan
+from tmcm34x.host import Connection, GarbledReplyError, LinkError, Module, RangeError, backup, connect, scan
 from tmcm34x.host.can_line import serial_form
 from tmcm34x.host.line import open_line
 from tmcm34x.host.program import download
@@ -186,6 +186,18 @@ def test_a_serial_port_that_is_unplugged_is_said(serve):
         served.stop()
         with pytest.raises(LinkError, match="the port is gone"):
             module.connection.ask(Instruction(6, 1))
+
+
+def test_a_speed_that_no_setting_reaches_is_refused_in_its_unit():
+    with connect("virtual:343") as module:
+        table = module.axes[0].physical(gear=2.0, pitch=5.0)
+        with pytest.raises(
+            RangeError, match=r"20 units/s is more than the 12\.\d+ units/s that pulse divisor 3"
+        ):
+            table.max_speed = 20.0
+        with pytest.raises(RangeError, match="500 rev/min is more than"):
+            table.max_speed_rev_min = 500
+        assert module.axes[0].max_speed == 1000
 
 
 def test_physical_units():

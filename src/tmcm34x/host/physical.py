@@ -8,10 +8,12 @@ Source: manual 7.1 (4 to 7, 140, 153, 154); the largest currents are the models'
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from tmcm34x.board.models import MODELS
-from tmcm34x.host.exceptions import NotAvailableError
+from tmcm34x.host.exceptions import NotAvailableError, RangeError
+from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_KEYS
 from tmcm34x.tmcl.units import Scale, current_ma, current_units
 
 if TYPE_CHECKING:
@@ -59,7 +61,7 @@ class Physical:
 
     @max_speed.setter
     def max_speed(self, speed: float) -> None:
-        self.axis.max_speed = round(self.scale.velocity_of_units_s(speed))
+        self._set_max_speed(self.scale.velocity_of_units_s(speed), speed, self.scale.units_s, "units/s")
 
     @property
     def max_speed_rev_min(self) -> float:
@@ -68,7 +70,19 @@ class Physical:
 
     @max_speed_rev_min.setter
     def max_speed_rev_min(self, speed: float) -> None:
-        self.axis.max_speed = round(self.scale.velocity_of_rev_min(speed))
+        self._set_max_speed(self.scale.velocity_of_rev_min(speed), speed, self.scale.rev_min, "rev/min")
+
+    def _set_max_speed(
+        self, velocity: float, speed: float, physical: Callable[[int], float], unit: str
+    ) -> None:
+        """Set parameter 4.  Raises `RangeError`, which says how fast the present pulse divisor allows."""
+        most = AXIS_KEYS["max_speed"].high
+        if round(velocity) > most:
+            raise RangeError(
+                f"{speed:g} {unit} is more than the {physical(most):.4g} {unit} that pulse divisor "
+                f"{self.scale.pulse_divisor} allows; a lower one (axis parameter 154) is faster, see `tmcm34x units`"
+            )
+        self.axis.max_speed = round(velocity)
 
     @property
     def max_acceleration(self) -> float:
