@@ -557,7 +557,7 @@ def _answer(telegram: bytes, refused: bytes = b"") -> bytes:
 
 
 def test_stop_all_goes_out_before_what_is_waited_for_and_what_is_queued(tmp_path, monkeypatch):
-    monkeypatch.setattr("tmcm34x.ide.remote.TIMEOUT_S", 10.0)
+    monkeypatch.setattr("tmcm34x.ide.remote_line.TIMEOUT_S", 10.0)
     peer = Peer()
 
     async def run():

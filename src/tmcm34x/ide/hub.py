@@ -13,7 +13,17 @@ from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x import __version__
 from tmcm34x.host.steps import RESET, RUN, STOP
-from tmcm34x.ide import bench_calls, benches, folder, past_calls, sequences, study, switching, wire
+from tmcm34x.ide import (
+    bench_calls,
+    benches,
+    command_calls,
+    folder,
+    past_calls,
+    sequences,
+    study,
+    switching,
+    wire,
+)
 from tmcm34x.ide.authority import Authority
 from tmcm34x.ide.building import Built, build, recognise
 from tmcm34x.ide.debugger import Debugger
@@ -27,7 +37,6 @@ from tmcm34x.ide.switching import Switching
 from tmcm34x.ide.virtual import Virtual
 from tmcm34x.ide.vocabulary import model_shape, tables
 from tmcm34x.tmcl.datagram import Instruction
-from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
 
 if TYPE_CHECKING:
     from tmcm34x.ide.page import Page
@@ -70,6 +79,7 @@ class Hub:
         self.folder = folder.Folder(workspace, self.tell, lambda: bool(self.pages))
         owned = (
             (self, _METHODS),
+            (self, command_calls.METHODS),
             (self, bench_calls.METHODS),
             (self, study.METHODS),
             (self, past_calls.METHODS),
@@ -339,77 +349,14 @@ class Hub:
             await self.loading.command(Instruction(number))
         await self.debugger.release()
 
-    # Commands
-
-    async def _execute(self, page: Page, call: wire.Execute) -> wire.Exchange:
-        fields = (call.number, call.type, call.motor)
-        if any(not 0 <= field <= 255 for field in fields) or not -(2**31) <= call.value < 2**32:
-            raise wire.RefusalError("range", "Command, type and motor are 0..255, the value has 32 bits.")
-        value = call.value - 2**32 if call.value >= 2**31 else call.value
-        return await self._exchange(Instruction(*fields, value), sure=call.sure)
-
-    async def _execute_text(self, page: Page, call: wire.ExecuteText) -> wire.Exchange:
-        try:
-            instruction = parse_instruction(call.line)
-        except MnemonicError as error:
-            raise wire.RefusalError("text", f"{error}.") from error
-        return await self._exchange(instruction, sure=call.sure)
-
-    async def _exchange(self, instruction: Instruction, *, sure: bool) -> wire.Exchange:
-        self.expect_idle()
-        self.authority.permit(instruction, sure=sure)
-        return await self.target.exchange(instruction)
-
-    async def _send_ascii(self, page: Page, call: wire.SendAscii) -> str:
-        self.authority.permit_line(call.line)
-        return await self.target.send_ascii(call.line)
-
-    async def _read_many(self, page: Page, call: wire.ReadMany) -> list[int | None]:
-        if not self.target.ability.peek:
-            self.expect_idle()
-        return await self.target.read(call.items)
-
     async def _program_stopped(self) -> None:
         await self.debugger.release()
 
-    async def _stop_all(self, page: Page, call: wire.StopAll) -> None:
-        self.loading.abort()
-        self.authority.stop_all(downloading=self.loading.busy)
-
-    async def _release(self, page: Page, call: wire.Release) -> None:
-        self.authority.release()
-
-    async def _arm(self, page: Page, call: wire.Arm) -> None:
-        self.authority.arm(call.on)
-
-    async def _dismiss(self, page: Page, call: wire.Dismiss) -> None:
-        self.authority.dismiss()
-
-    async def _abort(self, page: Page, call: wire.Abort) -> None:
-        self.authority.abort(call.number)
-
-    async def _watch(self, page: Page, call: wire.Watch) -> None:
-        page.watches = call.items[:MAX_WATCHES]
-        self.watches_changed()
-
-    async def _set_rate(self, page: Page, call: wire.SetRate) -> None:
-        page.rate_hz = max(0, min(MAX_RATE_HZ, call.hz))
-
-    async def _follow_log(self, page: Page, call: wire.FollowLog) -> None:
-        page.follow_log(call)
-        self.telegrams.polls_wanted = any(other.wants_polls for other in self.pages)
-
-    async def _ping(self, page: Page, call: wire.Ping) -> None:
-        return None
-
-
-MAX_WATCHES: Final = 8
-MAX_RATE_HZ: Final = 60
 
 _CONTROL: Final[Mapping[str, tuple[int, ...]]] = {"run": (RESET, RUN), "stop": (STOP,), "reset": (RESET,)}
 """Control functions by action."""
 
-_PARTS: Final = (switching, folder, bench_calls, benches, past_calls, study)
+_PARTS: Final = (command_calls, switching, folder, bench_calls, benches, past_calls, study)
 _ELSEWHERE: Final = (BEGIN, *(part.METHODS for part in _PARTS))
 _METHODS: Final[Mapping[type, Callable[..., Awaitable[object]]]] = {
     call: getattr(Hub, f"_{call.__struct_config__.tag}")

@@ -7,31 +7,22 @@ motion of each motor in every round, one other value a round.  Nothing is polled
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import math
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Final
 
-from tmcm34x import clock
-from tmcm34x.board.models import MODELS
 from tmcm34x.debug.sessions.base import Listener
 from tmcm34x.debug.sessions.remote import RemoteSession
-from tmcm34x.host.ascii import Terminal
-from tmcm34x.host.commands import motors_of
-from tmcm34x.host.connection import Connection
-from tmcm34x.host.effects import moves
-from tmcm34x.host.exceptions import GarbledReplyError, HostError, LinkError, NoReplyError, ReplyError
-from tmcm34x.host.following import followed, following
+from tmcm34x.host.exceptions import LinkError
 from tmcm34x.host.polling import PROBE, Polled, Polling, reader
-from tmcm34x.host.steps import ASCII_MODE, FACTORY_RESET, VERSION
+from tmcm34x.host.steps import VERSION
 from tmcm34x.ide import wire
-from tmcm34x.ide.exchange import answered, unanswered
 from tmcm34x.ide.polled import pack, put_held
+from tmcm34x.ide.remote_line import CLOSED, PATIENCE, POLL, RemoteLine
 from tmcm34x.ide.sampling import Samples, column_of
 from tmcm34x.ide.state import Groups
-from tmcm34x.tmcl.datagram import Instruction, Reply, pack_request
+from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
@@ -39,29 +30,16 @@ if TYPE_CHECKING:
     from tmcm34x.ide.target import T, Tell
     from tmcm34x.ide.telegrams import Telegrams
 
-TIMEOUT_S: Final = 0.5
-RETRIES: Final = 2
-"""How often a command of an operation is sent again that only reads, or that the module says has not arrived."""
 RETRY_S: Final = 1.0
 """Between two attempts to find a lost module."""
 LOOKED_AT_S: Final = 3.0
 """A page that asked for state less than this ago is looking."""
-PATIENCE: Final = 3
-"""Commands in a row without an answer until the module counts as lost."""
-POLL: Final = "poll"
-_SOURCES: Final[dict[str, wire.Source]] = {"serial": "serial", "tcp": "tcp", "can": "can", "slcan": "slcan"}
 
 
-class Remote:
-    """The module that `url` names.
-
-    Opens the line at once and asks the module what it is; raises `LinkError`.
-
-    patient: a line that cannot be opened is tried again and again instead
-    """
+class Remote(RemoteLine):
+    """The module that `url` names, as the IDE uses it; options as for `RemoteLine`."""
 
     def __init__(self, url: Url, telegrams: Telegrams, *, patient: bool = False) -> None:
-        self.source: wire.Source = _SOURCES[url.scheme]
         self.ability = wire.Ability(
             bench=False,
             debug=False,
@@ -70,76 +48,17 @@ class Remote:
             history=False,
             irreversible=RemoteSession.irreversible,
         )
-        self.url = url
-        """The line as it is now: the IDE follows its own changes of address, rate and identifiers."""
-        self._telegrams = telegrams
-        self._tell: Tell = lambda event: None
-        self._thread = ThreadPoolExecutor(1, "line")
         self._task: asyncio.Task[None] | None = None
-        self._start_s = time.monotonic()
         self._looked_s = -math.inf
-        self._silent = 0
-        self._up = True
-        self._hushed = False
-        self._moved = False
-        """Address or bit rate were changed: pages do not know it yet."""
-        self._link = POLL
-        self._urgencies = 0
-        """How often something urgent was sent: what was queued before may not be."""
         self.line = 0
-        self._closed = False
-        self._garbled = False
-        """Bytes came last, but no reply."""
         self._polling = Polling()
         self._watches: list[wire.Watched] = []
         self._watched: dict[Instruction, int | None] = {}
-        self._terminal = Terminal()
         self._session: RemoteSession | None = None
         self.samples = Samples()
         self._seen = 0.0
         """When the module last sent a value [clocks]."""
-        self.model, self.known = MODELS[343], False
-        self._connection: Connection | None = None
-        try:
-            self._connection = self._open_line()
-            self._take_model(self._identify(self._connection))
-        except LinkError:
-            self._lose()
-            self._up = False
-            if not patient:
-                raise
-
-    @property
-    def place(self) -> str:
-        """Port, bit rate where there is one, and address."""
-        return self.url.place
-
-    @property
-    def _address(self) -> int:
-        return self.url.address
-
-    def _open_line(self) -> Connection:
-        connection = Connection.open(self.url.name, timeout=TIMEOUT_S, retries=RETRIES)
-        connection.listeners.append(self._note)
-        return connection
-
-    def _identify(self, connection: Connection) -> str:
-        """What the module says it is, such as `343V4.36`; empty while it says nothing."""
-        try:
-            return connection.version()
-        except HostError as error:
-            if isinstance(error, LinkError):
-                raise
-            self._garbled = not isinstance(error, NoReplyError)
-            self._silent = PATIENCE
-            self._up = False
-            return ""
-
-    def _take_model(self, version: str) -> None:
-        number = int(version[:3]) if version[:3].isdecimal() else 0
-        self.known = number in MODELS
-        if self.known:
-            self.model = MODELS[number]
+        super().__init__(url, telegrams, patient=patient)
 
     async def open(self, tell: Tell) -> None:
         """Begin to poll."""
@@ -157,144 +76,9 @@ class Remote:
         if self._connection is not None:
             self._connection.close()
 
-    @property
-    def link(self) -> wire.Link:
-        """How the line is."""
-        if self._terminal.on:
-            text = "The module speaks its ASCII interface, which executes no binary commands."
-            return wire.Link(False, text, self.place, True)
-        if self._up:
-            return wire.Link(True, "", self.place, False)
-        if self._connection is None:
-            return wire.Link(
-                False, f"The line {self.place} is gone; the IDE looks for it.", self.place, False
-            )
-        return wire.Link(False, self._trouble, self.place, False)
-
-    @property
-    def _trouble(self) -> str:
-        """Why a module that does not answer may be silent."""
-        if self._garbled:
-            return (
-                f"What comes at {self.place} is no reply: check the bit rate, and what else is on the line."
-            )
-        return f"No answer at {self.place}: check {self.url.checks}."
-
-    # Talking
-
-    async def exchange(self, instruction: Instruction) -> wire.Exchange:
-        """Send a command and wait for its answer."""
-        return await self._send(instruction, "IDE", self._urgencies)
-
-    async def ask(self, instruction: Instruction) -> wire.Exchange:
-        """The same for operations, which have it sent again where that does no harm."""
-        if self._silent >= PATIENCE:
-            return unanswered(instruction, pack_request(self._address, instruction), _SILENT)
-        return await self._send(instruction, "IDE", self._urgencies, RETRIES)
-
-    async def _send(
-        self, instruction: Instruction, link: str, urgencies: int | None = None, retries: int = 0
-    ) -> wire.Exchange:
-        """Have the thread of the line send a command."""
-        if self._closed:
-            return unanswered(instruction, pack_request(self._address, instruction), _CLOSED)
-        return await asyncio.get_running_loop().run_in_executor(
-            self._thread, self._exchange, instruction, link, urgencies, retries
-        )
-
-    def urgent(self, instructions: Sequence[Instruction]) -> None:
-        """Write commands to the line from here, while its thread may be waiting for an answer."""
-        self._urgencies += 1
-        connection = self._connection
-        if connection is None:
-            return
-        self._link = "IDE"
-        leave = self._terminal.leave(self._address)
-        with contextlib.suppress(LinkError):
-            if leave:
-                connection.line.write(leave)
-            connection.urgent(instructions)
-
-    def _exchange(
-        self, instruction: Instruction, link: str, urgencies: int | None, retries: int
-    ) -> wire.Exchange:
-        sent = pack_request(self._address, instruction)
-        if self._closed:
-            return unanswered(instruction, sent, _CLOSED)
-        if urgencies not in {None, self._urgencies} and (self._hushed or moves(instruction)):
-            return unanswered(instruction, sent, "not sent: STOP ALL came first")
-        connection = self._connection
-        if connection is None:
-            return unanswered(instruction, sent, "no answer: the line is gone")
-        if self._terminal.on:
-            return unanswered(instruction, sent, "not sent: the module speaks its ASCII interface")
-        self._link = link
-        try:
-            if instruction.number == FACTORY_RESET:
-                connection.send(instruction)
-                return unanswered(instruction, sent, "sent: this command is never answered")
-            received = connection.ask(instruction, retries=retries).telegram
-        except GarbledReplyError as error:
-            self._garbled = True
-            return unanswered(instruction, sent, f"no whole answer: {error}")
-        except ReplyError:
-            self._silent += 1
-            self._garbled = False
-            return unanswered(instruction, sent, "no answer in time")
-        except LinkError as error:
-            self._lose()
-            return unanswered(instruction, sent, str(error))
-        self._silent, self._garbled = 0, False
-        exchange = answered(instruction, sent, received)
-        if exchange.status == Status.OK:
-            self._follow(instruction, connection)
-        while connection.events:
-            self._second(connection.events.popleft())
-        return exchange
-
-    def _second(self, reply: Reply) -> None:
-        """Tell of a second reply of command 138."""
-        happened = wire.Happened(self.now, "target", -1, f"targets reached: motors {motors_of(reply.value)}")
-        self._loop.call_soon_threadsafe(self._tell, happened)
-
-    async def send_ascii(self, line: str) -> str:
-        """Send a line to the ASCII interface; what came back."""
-        connection = self._connection
-        if connection is None:
-            raise wire.RefusalError("line", "The line is gone.")
-        if self.url.is_can:
-            raise wire.RefusalError("can", "The ASCII interface is on serial lines, not on CAN.")
-        return await asyncio.get_running_loop().run_in_executor(
-            self._thread, self._terminal.send, connection, self._address, line
-        )
-
-    def _follow(self, instruction: Instruction, connection: Connection) -> None:
-        """Go on at the address, bit rate or identifier that the module has from its next command on."""
-        if instruction.number == ASCII_MODE and not self.url.is_can:
-            self._terminal.on = True
-        elif change := following(instruction):
-            url = followed(self.url, change)
-            if url.place == self.place:
-                return
-            self.url = url
-            connection.perform(change)
-        else:
-            return
-        self._moved = True
-
-    def _note(self, sent: bool, data: bytes) -> None:
-        if self._link != POLL or self._telegrams.polls_wanted:
-            self._telegrams.write(self.now, self._link, ">" if sent else "<", data)
-
     def _lose(self) -> None:
-        if self._connection is not None:
-            self._connection.close()
-            self._connection = self._session = None
-
-    @property
-    def now(self) -> float:
-        """Time since the IDE was started."""
-        return (time.monotonic() - self._start_s) * clock.HZ
+        super()._lose()
+        self._session = None
 
     # The debugger
 
@@ -310,14 +94,14 @@ class Remote:
 
         def linked() -> T:
             if self._closed:
-                raise LinkError(_CLOSED)
+                raise LinkError(CLOSED)
             if polling and self._polling.loading:
                 raise LinkError("another host is downloading a program")
             self._link = POLL if polling else "IDE"
             return work()
 
         if self._closed:
-            raise LinkError(_CLOSED)
+            raise LinkError(CLOSED)
         return await asyncio.get_running_loop().run_in_executor(self._thread, linked)
 
     async def read(self, items: Sequence[wire.Watched]) -> list[int | None]:
@@ -432,7 +216,3 @@ class Remote:
 
 def _fields(item: wire.Watched) -> tuple[int, int, int]:
     return item.bank, item.number, item.motor
-
-
-_SILENT: Final = "not sent: the module does not answer"
-_CLOSED: Final = "not sent: the IDE is connected to another module"
