@@ -42,5 +42,4 @@ def _checked(path: Path, sweep: Sweep, text: str, include_path: Sequence[Path]) 
     job = plan.Job(sweep, gather(text, str(path.parent / sweep.program), reader, model), bench)
     plan.check(job)
     check_expressions(job)
-    plan.rows(sweep)
     return job

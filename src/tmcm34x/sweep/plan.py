@@ -38,11 +38,16 @@ def rows(sweep: Sweep) -> list[Row]:
     """The values of each row, in the order of `sweep.vary`; raises `SweepError` where they are too many."""
     if sweep.sampling is not None:
         return sampled(sweep.vary, sweep.sampling)
+    return list(product(*_columns(sweep)))
+
+
+def _columns(sweep: Sweep) -> list[list[Number]]:
+    """The values of each name, whose combinations are the rows."""
     columns = [_values(vary) for vary in sweep.vary]
     count = prod(map(len, columns))
     if count > MOST_ROWS:
         raise SweepError(f"vary: {count} rows are more than {MOST_ROWS}")
-    return list(product(*columns))
+    return columns
 
 
 def _values(vary: Vary) -> list[Number]:
@@ -56,7 +61,9 @@ def _values(vary: Vary) -> list[Number]:
 
 
 def check(job: Job) -> None:
-    """Raises `SweepError` for a name that the program, the debugger or the bench does not know."""
+    """Raises `SweepError` for a name that the program, the debugger or the bench does not know, and too many rows."""
+    if job.sweep.sampling is None:
+        _columns(job.sweep)
     for n, vary in enumerate(job.sweep.vary):
         try:
             _check_name(job, vary.what)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import math
 import sys
 import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from tmcm34x import clock
 from tmcm34x.bench.action import Action
@@ -23,6 +22,8 @@ from tmcm34x.server import Server
 from tmcm34x.testing.base import ModuleUnderTest
 from tmcm34x.testing.lines import Clockwork, PacedCanLink, PacedLink, VirtualPace
 from tmcm34x.testing.rigs import make_rig
+from tmcm34x.testing.telegram import Telegram
+from tmcm34x.testing.times import Pace, check_pace, check_time
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import CAN_BIT_RATES
 from tmcm34x.tmcl.numbers import GP
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
     from tmcm34x.toolchain.assembler import Assembly
 
 Result = TypeVar("Result")
-Pace = Literal["virtual"] | float
 TELEGRAMS: Final = 60
 """Telegrams that are kept for the report of a failed test."""
 _LOOK: Final = 10 * MS
@@ -49,16 +49,6 @@ _POLL_S: Final = 0.002
 _NUMBERS: Final = itertools.count(1)
 open_modules: Final[dict[str, VirtualModule]] = {}
 """Virtual modules that are open, by name: what `tmcm34x://NAME` reaches."""
-
-
-class Telegram(NamedTuple):
-    """One telegram of a line, with the clock at which it passed."""
-
-    now: int
-    line: str
-    direction: Direction
-    data: bytes
-    kind: Kind
 
 
 class VirtualModule(ModuleUnderTest):
@@ -94,7 +84,7 @@ class VirtualModule(ModuleUnderTest):
         self.telegrams: deque[Telegram] = deque(maxlen=TELEGRAMS)
         """The last telegrams of all lines."""
         self.picture = PictureRecorder(self.rig, _SAMPLES)
-        self._speed = _check_pace(pace)
+        self._speed = check_pace(pace)
         self._timing = VirtualTiming()
         self._faults = Faults(self._timing, seed)
         self._server = self._make_server()
@@ -253,7 +243,7 @@ class VirtualModule(ModuleUnderTest):
 
     def run(self, seconds: float) -> None:
         """Let `seconds` of the module's time pass."""
-        _check_time(seconds)
+        check_time(seconds)
         if self._speed:
             time.sleep(seconds / self._speed)
         else:
@@ -264,7 +254,7 @@ class VirtualModule(ModuleUnderTest):
 
         events_only: look at events alone, not every 10 ms too; for what only events change
         """
-        _check_time(timeout)
+        check_time(timeout)
         if self._speed:
             return self._wait_until(holds, timeout)
         look = clock.NEVER if events_only else _LOOK
@@ -407,17 +397,3 @@ class VirtualModule(ModuleUnderTest):
     def _brought_back(self) -> None:
         self._timing.now = self.rig.now
         self._server.pace.draw(self.rig.now)
-
-
-def _check_pace(pace: Pace) -> float:
-    """The factor of real time; 0 for virtual time."""
-    if pace == "virtual":
-        return 0.0
-    if isinstance(pace, str) or not math.isfinite(pace) or pace <= 0:
-        raise ValueError(f"pace is 'virtual' or a factor of real time above 0, not {pace!r}")
-    return float(pace)
-
-
-def _check_time(seconds: float) -> None:
-    if not 0 <= seconds < 1e9:
-        raise ValueError(f"a time must be a finite number of seconds, 0 or more, not {seconds!r}")
