@@ -202,7 +202,7 @@ def pytest_runtest_makereport(
 
 
 def _needs_bench(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
-    """Told by name, so that nothing is imported for tests that have nothing to do with modules."""
+    """Recognised by name, so that nothing is imported for tests that have nothing to do with modules."""
     return type(excinfo.value).__name__ == "NotOnRealModuleError"
 
 

@@ -108,7 +108,7 @@ class BusTap:
 class Proxy:
     """Passes bytes between the clients of links and one module, and records them.
 
-    tape: what records; its `lost` is also told when the module's side is gone
+    tape: what records; its `lost` is also called when the module's side is gone
     make_log: puts bytes together to what is recorded
     """
 

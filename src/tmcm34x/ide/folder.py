@@ -1,4 +1,4 @@
-"""The opened folder as pages ask for it, and its changes as they are told of them."""
+"""The opened folder as pages ask for it, and the changes that are sent to them."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ class Stopping:
                 self._changed(motor)
 
     def drop(self, motor: int) -> None:
-        """Somebody has decided otherwise about a motor."""
+        """A person has decided otherwise about a motor."""
         task = self._tasks.pop(motor, None)
         if task is not None:
             task.cancel()

@@ -1230,7 +1230,7 @@ class Authority(Event, tag="authority"):
     latched: bool
     """STOP ALL holds until it is released."""
     doubts: list[Doubt]
-    """What has been told to stop and has not confirmed it."""
+    """What was commanded to stop and has not confirmed it."""
     motions: list[MotionShape]
     found: str
     """What was found when the module was first reached: motors that turn, or may; empty for nothing."""

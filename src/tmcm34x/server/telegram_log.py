@@ -46,7 +46,7 @@ class TelegramLog:
         self.stream = stream
         self._failed = False
         self.lost: Callable[[OSError], None] | None = None
-        """Told when the stream takes no more; nothing is written from then on."""
+        """Called when the stream takes no more; nothing is written from then on."""
 
     def write(self, now: float, name: str, direction: Direction, data: bytes, kind: Kind) -> None:
         """Write one line."""

@@ -75,7 +75,7 @@ class Machine:
 
     def __init__(self, read: Callable[[int], Instruction]) -> None:
         self.guarded: frozenset[int] = frozenset()
-        """Addresses whose commands count as module commands, because somebody wants to be asked before them."""
+        """Addresses whose commands count as module commands, because a hook is asked before them."""
         self.counts: Counts | None = None
         """Where executed commands are counted, if they are."""
         self._read = read
