@@ -34,10 +34,12 @@ class Timing(Protocol):
 
 
 class LoopTiming:
-    """The clock of an event loop, with timers that are exact to about 0.1 ms."""
+    """The clock of an event loop, with timers that are exact to about 0.1 ms and keep their order."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
+        self._due: list[tuple[float, int, Action]] = []
+        self._count = 0
 
     def time(self) -> float:
         """The loop's time [s]."""
@@ -46,16 +48,18 @@ class LoopTiming:
     def call_later(self, delay_s: float, action: Action) -> None:
         """Call `action` in `delay_s` seconds: coarsely by the loop's timer, then in short sleeps."""
         due_s = self._loop.time() + delay_s
+        self._count += 1
+        heappush(self._due, (due_s, self._count, action))
+        self._loop.call_at(due_s - _COARSE_S, self._approach)
 
-        def approach() -> None:
-            rest_s = due_s - self._loop.time()
-            if rest_s <= 0:
-                action()
-                return
+    def _approach(self) -> None:
+        """Come to what is due first; there are as many of these calls as actions."""
+        rest_s = self._due[0][0] - self._loop.time()
+        if rest_s > 0:
             time.sleep(min(rest_s, _NAP_S))
-            self._loop.call_soon(approach)
-
-        self._loop.call_later(max(0.0, delay_s - _COARSE_S), approach)
+            self._loop.call_soon(self._approach)
+        else:
+            heappop(self._due)[2]()
 
 
 class VirtualTiming:
