@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, WebSocketRoute, expect
 
 from ide.page.driver import Ide, drafted, figure, rename, shown, tab, until
 
@@ -217,6 +217,29 @@ def test_a_symbol_is_followed_renamed_and_the_source_formatted(page: Page):
     page.keyboard.type("\nSAP ")
     page.keyboard.press("Control+Shift+Space")
     expect(page.locator(".cm-lsp-signature-tooltip")).to_contain_text("SAP")
+
+
+def test_a_hover_answered_when_the_pointer_has_left_does_not_stay(page: Page):
+    late: list[tuple[WebSocketRoute, str | bytes]] = []
+
+    def carry(socket: WebSocketRoute) -> None:
+        server = socket.connect_to_server()
+        server.on_message(
+            lambda message: (
+                late.append((socket, message)) if "contents" in str(message) else socket.send(message)
+            )
+        )
+
+    page.route_web_socket(re.compile("/lsp$"), carry)
+    page.reload()
+    expect(page.get_by_text("language server", exact=True)).to_be_visible()
+    page.locator(".cm-line", has_text="ROR 0").get_by_text("ROR").hover()
+    until(page, lambda: bool(late))
+    page.mouse.move(5, 5)
+    for socket, message in late:
+        socket.send(message)
+    page.wait_for_timeout(500)
+    expect(page.locator(".cm-tooltip-hover")).to_have_count(0)
 
 
 def test_a_refused_rename_changes_nothing(page: Page, ide: Ide):

@@ -52,6 +52,7 @@ import { marks, putCoverage, putValues } from "./marks";
 import { searchPanel } from "./search";
 import { languageServer, lspExtension } from "./server";
 import { theme } from "./theme";
+import { hoversEnd } from "./hovers";
 import { who } from "./who";
 
 const fromOutside = Annotation.define<boolean>();
@@ -99,6 +100,7 @@ function extensions(document: TextDocument): Extension {
         highlightActiveLineGutter(),
         isProgram(document.path) ? [autocompletion({ icons: false }), tmcl(tables.value)] : toml(colours),
         who(),
+        hoversEnd(),
         language.of([]),
         Prec.high(
             keymap.of([
