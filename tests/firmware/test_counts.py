@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 from firmware.programs import CLOCKS, module_with, run_instructions, started
 from firmware.test_program_properties import PROGRAMS
 from firmware.test_program_properties import started as on_a_bench
-from tmcm34x.clock import MS, run_until
+from tmcm34x.clock import MS, pack, run_until, unpack
 from tmcm34x.firmware.module import FirmwareModule
 from tmcm34x.firmware.program import Counts
 from tmcm34x.tmcl.commands import PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.numbers import AP, COMMAND
+from tmcm34x.tmcl.status import Status
 
 NESTED = """
         CALC  LOAD, 0
@@ -154,3 +155,33 @@ def test_a_refused_command_stops_where_a_listener_says_so() -> None:
     error = module.program.last_error
     assert error is not None
     assert (error.address, module.program.active, module.board.outputs) == (0, False, 0)
+
+
+def test_a_long_way_without_jumps_is_executed_as_it_is_written() -> None:
+    additions = "CALC ADD, 1 \n" * 100
+    module = started(f"CALC LOAD, 0 \n Loop: {additions} COMP 20000 \n JC LT, Loop \n SIO 0, 2, 1 \n STOP")
+    run_until(module, 25_000 * CLOCKS)
+    assert (module.program.accumulator, module.board.outputs) == (20_000, 1)
+    assert module.program.executed == 1 + 200 * 102 + 2
+
+
+def test_a_calculation_with_an_operation_that_does_not_exist_is_refused() -> None:
+    module = module_with("STOP")
+    assert module.execute(Instruction(COMMAND.CALC, 99, 0, 1)) == (Status.WRONG_TYPE, 1)
+
+
+def test_the_acceleration_of_an_even_motion_is_polled_without_being_executed() -> None:
+    module = started("ROR 0, 500 \n WAIT TICKS, 0, 100 \n Loop: GAP 135, 0 \n JA Loop")
+    run_until(module, 20_000 * CLOCKS)
+    assert module.program.cycle is not None
+    assert module.program.registers.accumulator == 0
+
+
+def test_a_search_for_a_cycle_is_saved() -> None:
+    source = "Loop: GIO 0, 0 \n CALC ADD, 1 \n AGP 3, 2 \n GGP 3, 2 \n CALC MOD, 50 \n JA Loop"
+    module, twin = started(source), started(source)
+    run_until(module, 100 * CLOCKS)
+    twin.load(unpack(pack(module.save())))
+    for each in (module, twin):
+        run_until(each, 5000 * CLOCKS)
+    assert twin.save() == module.save()

@@ -166,3 +166,9 @@ def test_a_bench_and_the_command_line_choose_the_profile(tmp_path):
         assert (
             CliRunner().invoke(run, [str(program), *arguments], standalone_mode=False).return_value == status
         )
+
+
+def test_an_image_of_the_later_profile_is_read_as_one() -> None:
+    eeprom = Eeprom(343)
+    eeprom.take_profile("later")
+    assert Eeprom.from_bytes(eeprom.to_bytes()).profile == "later"
