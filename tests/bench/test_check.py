@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import tomllib
@@ -47,7 +48,7 @@ AXIS = "[[module]]\nmodel = 343\n[[module.axis]]\n"
         ("title = 'x'\n", 1, "t", "required field module"),
         (AXIS + "load = { lead = 5.0 }\n", 4, "load", "kind"),
         (AXIS + "load = { kind = 'carriage', lead = 5.0 }\n", 4, "lead", "unknown field lead"),
-        (AXIS + "load = { kind = 'carriage', low = 5.0, high = 2.0 }\n", 4, "2.0", "more than low"),
+        (AXIS + "load = { kind = 'carriage', low = -2.0, high = -5.0 }\n", 4, "-5.0", "more than low"),
         (AXIS + "load.kind = 'carriage'\nload.low = nan\n", 5, "nan", "not a number"),
         (AXIS + "\n[[module.axis]]\nmotor.steps_per_turn = 0\n", 6, "0", "module[0].axis[1].motor"),
         ("[[module]]\n[module.input.IN_0]\nkind = 'table'\npoints = [\n [0, 1],\n [2, 'x']]\n", 6, "'x'", "points[1]"),
@@ -60,6 +61,62 @@ def test_a_mistake_is_marked_where_it_is(text, line, marked, said):
     assert (place.line, said in found.text) == (line, True), found
     if marked:
         assert text.splitlines()[line - 1][place.column - 1 : place.end - 1] == marked
+
+
+MANY = """\
+titel = "x"
+instruction_us = -1
+
+[[module]]
+model = 343
+colour = "red"
+[[module.axis]]
+load = { kind = "carriage", low = 5.0, high = 2.0, start = "left" }
+[[module.axis]]
+shape = "turntable"
+load = { kind = "carriage", lead = 5.0, low = -1.0, high = -2.0 }
+switch.left = { hysteresis = 1.0 }
+
+[[module]]
+address = 300
+[[module.axis]]
+motor.steps_per_turn = 0
+
+[[event]]
+at_ms = 1.0
+do = "jump"
+[[event]]
+at_ms = 2.0
+do = "unplug"
+module = 7
+"""
+
+
+def test_all_mistakes_are_found_each_in_its_place():
+    found = check(MANY, "b.toml")
+    lines = MANY.splitlines()
+    marked = [
+        (at.line, lines[at.line - 1][at.column - 1 : at.end - 1]) for at in (each.location for each in found)
+    ]
+    assert marked == [
+        (1, "titel"), (2, "-1"), (6, "colour"), (8, '"left"'), (10, '"turntable"'), (11, "lead"), (11, "-2.0"),
+        (12, "left"), (15, "300"), (17, "0"), (21, '"jump"'), (25, "7"),
+    ]  # fmt: skip
+    assert "module[1].address" in next(each.text for each in found if each.location.line == 15)
+
+
+def test_what_follows_from_a_mistake_is_not_said():
+    text = AXIS + "load = { kind = 'carriage', low = 'x', high = -5.0, start = -7.0 }\n"
+    assert [each.text.partition(":")[0] for each in check(text, "b.toml")] == ["module[0].axis[0].load.low"]
+
+
+def test_every_mistake_in_a_bench_is_found_beside_the_others():
+    """Each value of an example is spoilt: all are named, or were in a table that was left out."""
+    text = BENCHES[0].read_text()
+    spoilt = re.sub(r"= (?:[0-9][0-9.]*|true|false)$", "= []", text, flags=re.MULTILINE)
+    places = {each.location.line for each in check(spoilt, "b.toml")}
+    wanted = {n for n, line in enumerate(spoilt.splitlines(), 1) if line.endswith("= []")}
+    assert places == wanted
 
 
 @pytest.mark.parametrize(

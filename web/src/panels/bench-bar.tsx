@@ -7,12 +7,14 @@ import { underWay, useVirtual } from "../logic/modules";
 export function BenchBar() {
     const document = activeDocument.value;
     if (!document || !benches.value.has(document.path)) return null;
-    const wrong = problems.value.get(document.path)?.[0];
+    const mistakes = problems.value.get(document.path) ?? [];
+    const wrong = mistakes[0];
     const { path } = document;
     return (
         <div class="bench-bar" role="region" aria-label="Bench file">
             <b>Bench</b>
             <span class={wrong ? "bad" : "muted"}>
+                {mistakes.length > 1 && `${mistakes.length} mistakes; `}
                 {wrong ? `line ${wrong.place.line}: ${wrong.text}` : "no mistakes"}
             </span>
             <span class="gap" />
