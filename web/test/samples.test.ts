@@ -38,10 +38,6 @@ test("where time goes back, what came after that has not happened", () => {
     assert.equal(samples.length, 1);
 });
 
-test("a stretch is thinned to the last of each few rows", () => {
-    assert.deepEqual(filled(10, 10).slice(1, 2, 9, 3), [4, 7, 8]);
-});
-
 test("what was not looked at is no gap, and what was unknown is one", () => {
     const samples = new Samples(2, 5);
     for (const [time, value] of [
@@ -53,7 +49,6 @@ test("what was not looked at is no gap, and what was unknown is one", () => {
     ])
         samples.add([time!, value!]);
     assert.deepEqual(samples.slice(1, 0, 5), [7, undefined, null, undefined, 9]);
-    assert.deepEqual(samples.slice(1, 0, 5, 2), [7, null, 9]);
     assert.equal(samples.lastValue(1, 1), 7);
     assert.ok(Number.isNaN(samples.lastValue(1, 3)));
 });

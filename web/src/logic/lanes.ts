@@ -1,4 +1,5 @@
 // Lanes of a plot: one above the other on one time axis, one for each unit.
+import type { Value } from "./samples";
 
 export interface Lane {
     scale: string;
@@ -39,8 +40,6 @@ export const zoomed = ([low, high]: [number, number], centre: number, factor: nu
     centre - (centre - low) * factor,
     centre + (high - centre) * factor,
 ];
-
-type Value = number | null | undefined;
 
 /** `first` less `second`, at the times when `second` was looked at. */
 export function difference(first: readonly Value[], second: readonly Value[]): Value[] {

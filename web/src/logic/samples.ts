@@ -3,6 +3,9 @@
 /** In a column that was not looked at when the row was taken: no gap, and no value. NaN is a gap. */
 export const HOLE = -Infinity;
 
+/** null is unknown, undefined not looked at. */
+export type Value = number | null | undefined;
+
 export interface Mark {
     time: number;
     text: string;
@@ -82,14 +85,12 @@ export class Samples {
         return low;
     }
 
-    /** Values of `column` from `first` to before `last` for a plot, the last of each `stride` rows; undefined where none
-     * was looked at, null where it was unknown. */
-    slice(column: number, first: number, last: number, stride = 1): (number | null | undefined)[] {
-        const result: (number | null | undefined)[] = [];
-        for (let index = first; index < last; index += stride) {
-            let value = HOLE;
-            for (let at = Math.min(index + stride, last) - 1; at >= index && value === HOLE; at--)
-                value = this.value(column, at);
+    /** Values of `column` from `first` to before `last` for a plot; undefined where none was looked at, null where it was
+     * unknown. */
+    slice(column: number, first: number, last: number): Value[] {
+        const result: Value[] = [];
+        for (let index = first; index < last; index++) {
+            const value = this.value(column, index);
             result.push(value === HOLE ? undefined : Number.isNaN(value) ? null : value);
         }
         return result;

@@ -49,9 +49,18 @@ const roomFor = (part: number, [low, high]: [number, number]): [number, number] 
     low + (high - low) / (1 - Math.min(part, 0.5)),
 ];
 
+/** The newest value up to a point: points where a curve was not looked at are passed over, gaps are not. */
+function lastLooked(values: ArrayLike<number | null | undefined>, at: number): number | null {
+    while (at > 0 && values[at] === undefined) at--;
+    return values[at] ?? null;
+}
+
 const NOTHING = { left: 0, width: 0, top: 0, height: 0 };
 /** Milliseconds between two pictures, at least. */
 const PAUSE_MS = 40;
+/** The same of spans longer than `LONG_S` seconds, which move slowly and have many samples. */
+const LONG_PAUSE_MS = 200;
+const LONG_S = 60;
 /** Pixels that a press may move and still be a click. */
 const STILL = 4;
 
@@ -94,10 +103,8 @@ export function makeChart(element: HTMLElement, curves: readonly ShownCurve[], w
         const at = self.cursor.idx;
         const right = self.cursor.left! > self.bbox.width / devicePixelRatio / 2;
         if (at == null) return wishes.onCursor(null, right);
-        wishes.onCursor(
-            { time: self.data[0]![at]!, values: curves.map((_, n) => self.data[n + 1]?.[at] ?? null) },
-            right,
-        );
+        const values = curves.map((_, n) => lastLooked(self.data[n + 1] ?? [], at));
+        wishes.onCursor({ time: self.data[0]![at]!, values }, right);
     };
     const plot = new uPlot(
         {
@@ -146,13 +153,14 @@ export function makeChart(element: HTMLElement, curves: readonly ShownCurve[], w
             ],
             hooks: { setCursor: [look], setSelect: [select] },
         },
-        dataBetween(curves, 0, 0),
+        dataBetween(curves, 0, 0, 1),
         element,
     );
 
     const draw = () => {
         const now = performance.now();
-        if (samples.version === drawn || now - last < PAUSE_MS) return;
+        const pause = span.peek() > LONG_S ? LONG_PAUSE_MS : PAUSE_MS;
+        if (samples.version === drawn || now - last < pause) return;
         if (frozen.peek() && drawn >= 0 && !view.time) return;
         last = now;
         drawn = samples.version;
@@ -160,7 +168,7 @@ export function makeChart(element: HTMLElement, curves: readonly ShownCurve[], w
         const start = samples.length ? Math.max(samples.time(0), end - span.peek()) : 0;
         const range = view.time ?? { min: start, max: Math.max(end, start + span.peek()) };
         plot.batch(() => {
-            plot.setData(dataBetween(curves, range.min, range.max), true);
+            plot.setData(dataBetween(curves, range.min, range.max, element.clientWidth), true);
             plot.setScale("x", range);
         });
     };

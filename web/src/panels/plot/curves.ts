@@ -2,6 +2,7 @@
 import type uPlot from "uplot";
 import { MOTOR_CURVES, WATCH_COLUMN, columnOf, samples, tables, watches, welcome } from "../../logic/app";
 import { difference, slope } from "../../logic/lanes";
+import { KEPT, columnsOf, thinned, thinnedTimes } from "../../logic/thinning";
 import { remembered } from "../../logic/settings";
 import type { Curve } from "../../logic/export";
 import type { Watched } from "../../wire";
@@ -123,25 +124,32 @@ export function shownCurves(): ShownCurve[] {
 }
 
 /** The values of a curve from one sample to another. */
-export function valuesOf(curve: ShownCurve, first: number, last: number, stride: number) {
-    const slice = (column: number) => samples.slice(column, first, last, stride);
+export function valuesOf(curve: ShownCurve, first: number, last: number) {
+    const slice = (column: number) => samples.slice(column, first, last);
     const of = (name: "position" | "encoder" | "speed") => slice(columnOf(curve.motor!, MOTOR_CURVES.indexOf(name)));
     if (curve.derived === "following_error") return difference(of("position"), of("encoder"));
     if (curve.derived === "measured_acceleration") return slope(slice(0), of("speed"));
     return slice(curve.column);
 }
 
-const MAX_POINTS = 1200;
+/** Columns that a span is thinned to at most: a curve of three points in each is as fine as a screen. */
+const MOST_COLUMNS = 1200;
 
-/** What uPlot draws between two times; null is a gap. */
-export function dataBetween(curves: readonly ShownCurve[], from: number, to: number): uPlot.AlignedData {
+/** What uPlot draws between two times in a picture so many pixels wide; null is a gap. */
+export function dataBetween(
+    curves: readonly ShownCurve[],
+    from: number,
+    to: number,
+    pixels: number,
+): uPlot.AlignedData {
     const first = Math.max(0, samples.find(from) - 1);
     const last = Math.min(samples.length, samples.find(to) + 1);
-    const stride = Math.max(1, Math.floor((last - first) / MAX_POINTS));
-    return [
-        samples.slice(0, first, last, stride),
-        ...curves.map(curve => valuesOf(curve, first, last, stride)),
-    ] as uPlot.AlignedData;
+    const columns = Math.max(1, Math.min(MOST_COLUMNS, pixels));
+    const times = samples.slice(0, first, last) as number[];
+    const values = curves.map(curve => valuesOf(curve, first, last));
+    if (times.length <= KEPT * columns) return [times, ...values] as uPlot.AlignedData;
+    const starts = columnsOf(times, (to - from) / columns);
+    return [thinnedTimes(times, starts), ...values.map(each => thinned(each, starts))] as uPlot.AlignedData;
 }
 
 /** Samples that are looked at for the newest value of a computed curve. */
@@ -150,7 +158,7 @@ const RECENT = 20;
 /** The newest value of a curve; NaN where it is unknown. */
 export function newest(curve: ShownCurve): number {
     if (!curve.derived) return samples.lastValue(curve.column, samples.length - 1);
-    const values = valuesOf(curve, Math.max(0, samples.length - RECENT), samples.length, 1);
+    const values = valuesOf(curve, Math.max(0, samples.length - RECENT), samples.length);
     return values.findLast(value => value !== undefined) ?? NaN;
 }
 
