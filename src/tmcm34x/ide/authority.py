@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 WATCH_S: Final = 0.1
 CLOSE_S: Final = 5.0
 """How long the end of the server waits for motors to confirm rest."""
+_HARMLESS_LINES: Final = frozenset({"BIN", "STOP", ""})
+"""Lines of the ASCII interface that are no commands of their own and move nothing (manual 6.6.3)."""
 _AT_REST: Final = frozenset({"profile", "turn", "jog"})
 """Motions after which their motors stand, whatever ended them."""
 
@@ -122,12 +124,24 @@ class Authority:
         return self.armed and not self.latched
 
     def permit_line(self, line: str) -> None:
-        """See whether a line of the ASCII interface may be sent.  Raises `wire.RefusalError`."""
-        words = line.split()
-        if words and words[0].upper() == "RUN":
+        """See whether a line of the ASCII interface may be sent.  Raises `wire.RefusalError`.
+
+        What cannot be read here is not sent: the module takes missing operands as 0 and might move.
+        """
+        word = line.strip().upper()
+        if word == "RUN":
             self.permit_program()
-        with suppress(MnemonicError):
-            self.permit(parse_instruction(line), sure=True)
+        elif word not in _HARMLESS_LINES:
+            try:
+                instruction = parse_instruction(line)
+            except MnemonicError as error:
+                raise wire.RefusalError("line", f"Not sent: {error}.") from error
+            self.permit(instruction, sure=True)
+
+    def take(self, instruction: Instruction) -> None:
+        """A person has sent a command in another way than by `permit`, and was allowed to."""
+        self._started.update(moves(instruction))
+        self._take(commands(instruction))
 
     def permit_motion(self, motors: Iterable[int]) -> None:
         """Take motors for a motion that begins now.  Raises `wire.RefusalError`."""

@@ -24,6 +24,7 @@ from tmcm34x.debug.dap.messages import RequestError
 from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.debug.sessions.remote import RemoteSession
 from tmcm34x.debug.sessions.search import UnfinishedError
+from tmcm34x.host.effects import consequence
 from tmcm34x.host.exceptions import HostError, LinkError
 from tmcm34x.ide import wire
 from tmcm34x.ide.searching import Searching
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from tmcm34x.debug.sessions.search import Search
     from tmcm34x.ide.permission import Permit
     from tmcm34x.ide.target import Target, Tell
+    from tmcm34x.tmcl.datagram import Instruction
     from tmcm34x.toolchain.assembler import Assembly
 
 IDLE_S: Final = 0.1
@@ -89,12 +91,21 @@ class Debugger:
     folder: where the names of source files begin
     permit: called before each request of a window
     free: whether motors may be set in motion, asked before each single step of a program that goes on in steps
+    take: called with each command by which a window has written a value in a real module
     """
 
-    def __init__(self, target: Target, folder: Path, permit: Permit, free: Callable[[], bool]) -> None:
+    def __init__(
+        self,
+        target: Target,
+        folder: Path,
+        permit: Permit,
+        free: Callable[[], bool],
+        take: Callable[[Instruction], None],
+    ) -> None:
         self._target = target
         self._permit = permit
         self._free = free
+        self._take = take
         self._services = Services(_no_program, _no_pace, self._session, folder)
         self._windows: set[Window] = set()
         self._adapter: Adapter | None = None
@@ -144,7 +155,18 @@ class Debugger:
         session = self._target.session(listener)
         if isinstance(session, RemoteSession):
             session.permitted = self._free
+            session.refused = self._refused
         return session
+
+    def _refused(self, instruction: Instruction) -> str:
+        """Why a value may not be written in a real module; called in the thread of its line."""
+        if text := consequence(instruction):
+            return f"{text}: change it in Parameters or in direct mode, which ask first"
+        if not self._free():
+            return "not armed, or STOP ALL holds"
+        assert self._loop is not None
+        self._loop.call_soon_threadsafe(self._take, instruction)
+        return ""
 
     async def _work(self, adapter: Adapter) -> float:
         """Let the adapter look at the program; how long it needs no other look [s]."""

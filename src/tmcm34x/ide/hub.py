@@ -67,6 +67,7 @@ class Hub:
             workspace.folder,
             permission(lambda: self.authority, lambda: past_calls.is_shown(self.target)),
             lambda: self.authority.free,
+            self._take,
         )
         self.switching = Switching(self, modules or plain(telegrams))
         self.pages: set[Page] = set()
@@ -348,6 +349,9 @@ class Hub:
         for number in _CONTROL[action]:
             await self.loading.command(Instruction(number))
         await self.debugger.release()
+
+    def _take(self, instruction: Instruction) -> None:
+        self.authority.take(instruction)
 
     async def _program_stopped(self) -> None:
         await self.debugger.release()

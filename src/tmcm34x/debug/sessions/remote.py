@@ -46,6 +46,10 @@ def _always() -> bool:
     return True
 
 
+def _never(_instruction: Instruction) -> str:
+    return ""
+
+
 class RemoteSession(OneWay):
     """The program of the module at the other end of `connection`.
 
@@ -67,10 +71,12 @@ class RemoteSession(OneWay):
         self.program = Program(connection)
         self.text: Text | None = None
         self._memory: Sequence[Instruction] = ()
-        self.view = View(self.execute, self.execute)
+        self.view = View(self.execute, self._write)
         self.control = Control(self.view.read, listener.said)
         self.permitted: Callable[[], bool] = _always
         """Asked before each further step: where it says no, the program is held."""
+        self.refused: Callable[[Instruction], str] = _never
+        """Asked before a value is written: why it may not be, empty where it may."""
         self.stop: Stop | None = None
         self.running = False
         self._counter = 0
@@ -94,6 +100,11 @@ class RemoteSession(OneWay):
         except RefusedError as error:
             return error.reply.status, error.reply.value
         return reply.status, reply.value
+
+    def _write(self, instruction: Instruction) -> tuple[int, int]:
+        if why := self.refused(instruction):
+            raise ExpressionError(why)
+        return self.execute(instruction)
 
     def frames(self) -> list[Frame]:
         """Where the program is; no command reads the open routines."""
