@@ -236,6 +236,7 @@ export interface Parameter {
     kind: string;
     group: string;
     bits: string[];
+    acts: boolean;
 }
 
 /** One operand of a command. */

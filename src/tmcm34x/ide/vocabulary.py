@@ -73,7 +73,7 @@ def _parameter(bank: int, row: AxisParameter | GlobalParameter) -> wire.Paramete
     return wire.Parameter(
         bank, row.number, row.key, row.name, row.access, row.low, row.high, row.default, row.unit, row.meaning,
         row.section, _choices(row.choices), row.kind, "" if bank > 0 else groups[row.number],
-        list(row.bits) if isinstance(row, AxisParameter) else [],
+        list(row.bits) if isinstance(row, AxisParameter) else [], bool(row.effect),
     )  # fmt: skip
 
 

@@ -175,6 +175,8 @@ class Parameter(Shape):
     kind: str
     group: str
     bits: list[str]
+    acts: bool
+    """Reading it does something in a module at the end of a line, so that it is read when asked for only."""
 
 
 class OperandShape(Shape):

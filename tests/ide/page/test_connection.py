@@ -69,6 +69,58 @@ def test_the_page_goes_to_a_real_module_and_back_and_always_says_where_it_is(ser
     expect(page.get_by_role("switch", name="ARMED")).to_have_attribute("aria-checked", "false")
 
 
+def _on_a_bus(page: Page, kind: str, fields: dict[str, str], reply: str) -> None:
+    page.get_by_role("radio", name=kind, exact=True).click()
+    for name, value in {**fields, "Module id": "1", "Reply id": reply}.items():
+        page.get_by_label(name, exact=True).fill(value)
+    page.get_by_role("form", name="Connect by hand").get_by_role("button", name="Connect").click()
+
+
+@pytest.mark.parametrize("kind", ["SLCAN adapter", "CAN"])
+def test_a_module_on_a_can_bus_is_reached_moved_and_left(serve: Any, open_ide: OpenIde, kind: str):
+    """The adapter is a real one to both: to the IDE's own SLCAN, and to python-can's."""
+    adapter = dict(serve("--slcan", "--model", "342").links)["slcan"]
+    fields = {"Port of the adapter": adapter} if kind != "CAN" else {"Interface": "slcan", "Channel": adapter}
+    page, _ = open_ide()
+    place = page.locator(".lane .place")
+    _connection(page)
+    _on_a_bus(page, kind, fields, "9")
+    expect(page.get_by_role("alert").filter(has_text="reply")).to_be_visible()
+    expect(place).to_have_text("virtual \u00b7 bare motors")
+    _on_a_bus(page, kind, fields, "2")
+    expect(page.locator("header").first).to_contain_text("TMCM-342")
+    expect(place).to_contain_text(adapter)
+    expect(place).to_contain_text("id 1")
+    arm(page)
+    page.get_by_role("textbox", name="Destination of motor 2").fill("600")
+    page.get_by_role("button", name="Move motor 2 to").click()
+    until(page, lambda: figure(page, 2, "position") == 600)
+    page.get_by_role("button", name="Back to the virtual module").click()
+    page.get_by_role("button", name="Leave it").click()
+    expect(place).to_have_text("virtual \u00b7 bare motors")
+
+
+def test_the_editor_judges_for_the_module_that_is_there(serve: Any, open_ide: OpenIde, tmp_path: Path):
+    """Parameter 206, the load, is of modules with drivers: a TMCM-342 has none."""
+    (tmp_path / "program.tmc").write_text("GAP 206, 0\nSTOP\n")
+    page, _ = open_ide()
+    complaint = page.locator(".code:not([hidden]) .cm-lintRange")
+    expect(page.locator(".status-bar")).to_contain_text("0 errors, 0 warnings")
+    _connection(page)
+    page.get_by_role("combobox", name="Model").select_option("342")
+    page.get_by_role("button", name="Use it").click()
+    expect(page.locator("header").first).to_contain_text("TMCM-342")
+    page.get_by_role("tab", name="program.tmc").click()
+    expect(complaint.first).to_be_visible()
+    expect(page.locator(".status-bar")).not_to_contain_text("0 errors, 0 warnings")
+    page.get_by_role("button", name="Tools", exact=True).click()
+    page.get_by_role("button", name="Assembler options").click()
+    page.get_by_role("combobox", name="Assembled for").select_option("343")
+    page.get_by_role("tab", name="program.tmc").click()
+    expect(complaint).to_have_count(0)
+    expect(page.locator(".status-bar")).to_contain_text("0 errors, 0 warnings")
+
+
 def test_a_silent_module_can_be_waited_for_and_nothing_of_it_is_shown_as_known(serve: Any, open_ide: OpenIde):
     page, _ = open_ide()
     served = serve("--pty")
@@ -136,6 +188,7 @@ def test_the_tour_is_taken_or_skipped_and_not_offered_again(bare: Page):
     expect(card).to_have_count(0)
 
 
+COLOUR = "name = 5"
 STAGE = """\
 [[module]]
 model = 340
@@ -146,7 +199,7 @@ load = { kind = "carriage", lead_mm = 5.0, low = -2.0, high = 202.0, start = 60.
 
 
 def test_a_bench_is_checked_completed_and_used_in_the_editor(tmp_path: Path, open_ide: OpenIde):
-    (tmp_path / "stage.toml").write_text(STAGE)
+    (tmp_path / "stage.toml").write_text(STAGE + COLOUR)
     page, _ = open_ide()
     page.get_by_role("treeitem", name="stage.toml").click()
     text = shown(page, "stage.toml")
@@ -155,6 +208,11 @@ def test_a_bench_is_checked_completed_and_used_in_the_editor(tmp_path: Path, ope
     expect(bar.get_by_role("button", name="Use this bench")).to_be_disabled()
     expect(page.locator(".code:not([hidden]) .cm-lintRange-error")).to_have_text("340")
     page.get_by_role("tab", name="Problems").click()
+    expect(page.locator(".problem")).to_have_count(2)
+    expect(bar).to_contain_text("2 mistakes")
+    text.press("Control+End")
+    for _ in range(len(COLOUR)):
+        text.press("Backspace")
     expect(page.locator(".problem")).to_have_count(1)
     text.press("Control+Home")
     text.press("ArrowDown")

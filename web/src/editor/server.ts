@@ -28,6 +28,7 @@ import { effect, signal } from "@preact/signals";
 import type { Problem, Severity } from "../wire";
 import { can, online, welcome } from "../logic/app";
 import { openFile, problems } from "../logic/documents";
+import { options } from "../logic/options";
 import { remembered } from "../logic/settings";
 
 /** Set while the language server is connected: squiggles come from it then. */
@@ -363,6 +364,12 @@ effect(() => {
     if (!online.value || !can.value.language_server || connecting.value) return;
     connecting.value = true;
     connect();
+});
+
+/** What the program is judged for: the module at hand, or what the assembler's options say. */
+effect(() => {
+    const model = options.value.model || welcome.value?.model.number;
+    languageServer.value?.notification("workspace/didChangeConfiguration", { settings: { tmcl: { model } } });
 });
 
 export const lspExtension = (path: string): Extension =>

@@ -1,7 +1,22 @@
 // Values beside the source lines while the program is held or runs slowly: looked at without acting on the module.
+// Those of a real module are read over its line, more seldom, and not where reading them does something in it.
 import { computed, effect, signal } from "@preact/signals";
 import { PROGRAM_FLAGS, type ListingLine, type Parameter, type Watched } from "../wire";
-import { board, can, connection, halted, held, loaded, online, program, tables, time } from "./app";
+import {
+    board,
+    boardKnown,
+    can,
+    connection,
+    halted,
+    held,
+    loaded,
+    online,
+    program,
+    programKnown,
+    reachable,
+    tables,
+    time,
+} from "./app";
 import { COORDINATE_BANK } from "./parameters";
 import { remembered } from "./settings";
 import { grouped } from "./units";
@@ -14,15 +29,21 @@ export const followOn = remembered("follow-line", false);
 /** Virtual seconds to a second below which a person can follow values. */
 const SLOW = 0.2;
 const LOOK_MS = 250;
+/** Over a line, where each value takes a telegram. */
+const LINE_LOOK_MS = 1000;
 const AXIS_BANK = -1;
 
-const slow = computed(() => time.value.asked > 0 && time.value.asked <= SLOW);
+/** State of a program that goes on in single steps. */
+const IN_STEPS = 2;
+
+const slow = computed(() =>
+    can.value.bench ? time.value.asked > 0 && time.value.asked <= SLOW : program.value.state === IN_STEPS,
+);
 /** Values are shown now. */
 export const liveNow = computed(
     () =>
         liveOn.value &&
-        online.value &&
-        can.value.peek &&
+        (can.value.peek ? online.value : reachable.value) &&
         !!loaded.value &&
         (held.value || (halted.value ? program.value.counter > 0 : slow.value)),
 );
@@ -43,7 +64,9 @@ function fieldsOf(record: string): Fields {
 
 const axis = (key: string): Parameter => tables.peek().axis.find(row => row.key === key)!;
 const readable = (rows: Parameter[], bank: number, number: number): boolean =>
-    rows.some(row => row.bank === bank && row.number === number && row.access.includes("R"));
+    rows.some(
+        row => row.bank === bank && row.number === number && row.access.includes("R") && (can.peek().peek || !row.acts),
+    );
 
 const AXIS = /^(SAP|GAP|AAP|STAP|RSAP)$/;
 const GLOBAL = /^(SGP|GGP|AGP|STGP|RSGP)$/;
@@ -73,15 +96,16 @@ function subject({ mnemonic, type, motor }: Fields): { item: Watched; text: stri
 /** The parts of an instruction that need no reading: registers, flags, lines. */
 function own({ mnemonic, type, motor }: Fields): string {
     const { accumulator, x, flags } = program.peek();
+    if ((COMPUTED.test(mnemonic) || mnemonic === "JC") && !programKnown("accumulator")) return "";
     if (COMPUTED.test(mnemonic))
         return `accumulator ${grouped(accumulator)}${mnemonic === "CALCX" ? `, X ${grouped(x)}` : ""}`;
     if (mnemonic === "JC") {
         const set = Object.entries(PROGRAM_FLAGS).filter(([name, bit]) => name !== "downloading" && flags & bit);
         return set.length ? `flags ${set.map(([name]) => name).join(", ")}` : "no flag set";
     }
-    const bits = motor === 2 ? board.peek().outputs : motor === 0 ? board.peek().inputs : null;
-    if (/^(SIO|GIO)$/.test(mnemonic) && bits !== null && type < 8) return `= ${(bits >> type) & 1}`;
-    return "";
+    const lines = motor === 2 ? "outputs" : motor === 0 ? "inputs" : null;
+    if (!/^(SIO|GIO)$/.test(mnemonic) || !lines || type > 7 || !boardKnown(lines)) return "";
+    return `= ${(board.peek()[lines] >> type) & 1}`;
 }
 
 /** Texts by path and line. */
@@ -117,13 +141,20 @@ async function look(): Promise<void> {
 }
 
 let timer = 0;
+/** Counts the reasons to look; a look under way ends when there is another one. */
+let round = 0;
 effect(() => {
-    clearInterval(timer);
+    clearTimeout(timer);
+    const mine = ++round;
     if (!liveNow.value) {
         if (liveValues.peek().size) liveValues.value = new Map();
         return;
     }
     void visibleLines.value;
-    void look();
-    timer = window.setInterval(() => document.hidden || void look(), LOOK_MS);
+    const pause = can.value.peek ? LOOK_MS : LINE_LOOK_MS;
+    const again = async (): Promise<void> => {
+        if (!document.hidden) await look();
+        if (mine === round) timer = window.setTimeout(() => void again(), pause);
+    };
+    void again();
 });

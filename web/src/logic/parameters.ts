@@ -23,6 +23,10 @@ export const COORDINATE_BANK = -2;
 
 export const keyOf = (bank: number, number: number, motor = 0): string => `${bank}/${number}/${motor}`;
 
+/** Reading it does something in the module: it is read when a person asks for it.  The loads, driver flags and encoders
+ * of the motors are shown in their cards anyway. */
+export const onDemand = (row: Parameter): boolean => row.acts && row.bank >= 0 && !welcome.value?.ability.peek;
+
 /** Rows of the tables of parameters that are on the screen, by `bank/number/0`; null where no table is open. */
 function inView(): ReadonlySet<string | undefined> | null {
     const rows = [...document.querySelectorAll<HTMLElement>("[data-parameter]")];
@@ -42,7 +46,7 @@ function items(): Watched[] {
     // Over a slow line the rows on the screen come first, so that they are never old.
     const view = welcome.value?.ability.peek ? null : inView();
     const due = (row: Parameter, read: boolean) =>
-        row.access.includes("R") && (!read || !view || view.has(keyOf(row.bank, row.number)));
+        row.access.includes("R") && !onDemand(row) && (!read || !view || view.has(keyOf(row.bank, row.number)));
     if (want.has("axis") || known.size === 0)
         for (const row of axis.filter(item => due(item, known.has(item.number))))
             for (let motor = 0; motor < 3; motor++) list.push({ bank: -1, number: row.number, motor });
@@ -59,11 +63,12 @@ function items(): Watched[] {
 }
 
 /** Read what is wanted now. */
-export async function refresh(): Promise<void> {
-    if (!online.value || !powered.value) return;
-    const list = items();
-    if (!list.length) return;
-    const values = await connection.call({ call: "read_many", items: list }).catch(() => null);
+export const refresh = (): Promise<void> => readNow(items());
+
+/** Read what a person asks for. */
+export async function readNow(list: readonly Watched[]): Promise<void> {
+    if (!online.value || !powered.value || !list.length) return;
+    const values = await connection.call({ call: "read_many", items: [...list] }).catch(() => null);
     if (!values) return;
     const old = parameters.peek();
     const axis = new Map(old.axis);

@@ -119,7 +119,7 @@ function Serial() {
             <header>
                 <h3>Serial ports</h3>
                 <span class="gap" />
-                <IconButton icon="undo" label="Look for ports again" onClick={() => listPorts()} />
+                <IconButton icon="refresh" label="Look for ports again" onClick={() => listPorts()} />
             </header>
             {list && !lines.length && (
                 <p class="muted">This computer lists no serial ports. Another name can be typed below.</p>

@@ -2,8 +2,8 @@
 import { useEffect } from "preact/hooks";
 import { program, tables } from "../logic/app";
 import { coverage, coverageSource, coveredCount } from "../logic/coverage";
-import { openFile, target } from "../logic/documents";
-import { flowMap, flowWanted } from "../logic/flow";
+import { openFile } from "../logic/documents";
+import { flowMap, flowWanted, nothing } from "../logic/flow";
 import { loaded } from "../logic/app";
 import { short } from "../logic/units";
 import type { FlowMap, RoutineShape, Site } from "../wire";
@@ -22,7 +22,7 @@ export function Outline() {
     if (!found)
         return (
             <Empty icon="list" title="No outline">
-                {target.value ? "The program has errors: see the problems below." : "Open a program to see its labels."}
+                {nothing.value}
             </Empty>
         );
     return (

@@ -159,43 +159,45 @@ export function Plot() {
                 <Motors />
                 <span class="gap" />
                 <Choice label="Span" value={span.value} options={SPANS} onChange={value => (span.value = value)} />
-                <TriggerMenu curves={curves.value} />
-                <IconButton
-                    icon="pause"
-                    title="Hold the picture"
-                    label="Hold the plot"
-                    pressed={frozen.value}
-                    onClick={() => (frozen.value = !frozen.value)}
-                />
-                <button
-                    class={`tool ${zoomed.value ? "on" : ""}`}
-                    disabled={!zoomed.value}
-                    title="Show the newest again (double click)"
-                    aria-label="Show the newest"
-                    onClick={unzoom}
-                >
-                    <Icon name="expand" />
-                </button>
-                <Menu icon="save" label="Export">
-                    <button role="menuitem" onClick={() => offer("plot.csv", toCsv(samples, all(curves.value)))}>
-                        CSV table
-                    </button>
-                    <button role="menuitem" onClick={savePng}>
-                        PNG picture
-                    </button>
-                    <button role="menuitem" onClick={() => offer("plot.vcd", toVcd(samples, all(curves.value)))}>
-                        VCD for GTKWave, Surfer
-                    </button>
+                <span class="keys">
+                    <TriggerMenu curves={curves.value} />
+                    <IconButton
+                        icon="pause"
+                        title="Hold the picture"
+                        label="Hold the plot"
+                        pressed={frozen.value}
+                        onClick={() => (frozen.value = !frozen.value)}
+                    />
                     <button
-                        role="menuitem"
-                        onClick={() => {
-                            samples.clear();
-                            redraw();
-                        }}
+                        class={`tool ${zoomed.value ? "on" : ""}`}
+                        disabled={!zoomed.value}
+                        title="Show the newest again (double click)"
+                        aria-label="Show the newest"
+                        onClick={unzoom}
                     >
-                        Forget all samples
+                        <Icon name="expand" />
                     </button>
-                </Menu>
+                    <Menu icon="save" label="Export">
+                        <button role="menuitem" onClick={() => offer("plot.csv", toCsv(samples, all(curves.value)))}>
+                            CSV table
+                        </button>
+                        <button role="menuitem" onClick={savePng}>
+                            PNG picture
+                        </button>
+                        <button role="menuitem" onClick={() => offer("plot.vcd", toVcd(samples, all(curves.value)))}>
+                            VCD for GTKWave, Surfer
+                        </button>
+                        <button
+                            role="menuitem"
+                            onClick={() => {
+                                samples.clear();
+                                redraw();
+                            }}
+                        >
+                            Forget all samples
+                        </button>
+                    </Menu>
+                </span>
             </div>
             {curves.value.length ? (
                 <>

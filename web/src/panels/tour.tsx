@@ -52,6 +52,12 @@ export function Tour() {
     );
 }
 
+/** The shade leaves the tool bar with STOP ALL in full colour, unless the place is there. */
+function clear(top: number): string {
+    const bar = document.querySelector(".top")?.getBoundingClientRect().bottom ?? 0;
+    return top < bar ? "none" : `inset(${bar - top}px -200vmax -200vmax)`;
+}
+
 /** The card goes below its place, or where there is room. */
 function place(card: HTMLElement, ring: HTMLElement, selector: string): void {
     const box = document.querySelector(selector)?.getBoundingClientRect();
@@ -63,6 +69,7 @@ function place(card: HTMLElement, ring: HTMLElement, selector: string): void {
         top: `${top}px`,
         width: `${box.width}px`,
         height: `${bottom - top}px`,
+        clipPath: clear(top),
     });
     const { width, height } = card.getBoundingClientRect();
     const below = bottom + MARGIN + height < window.innerHeight;

@@ -1,6 +1,6 @@
 // The cells of the tables of parameters.
 import { ask, online, send, tables } from "../../logic/app";
-import { axisValue, keyOf, refresh, touched } from "../../logic/parameters";
+import { axisValue, keyOf, onDemand, readNow, refresh, touched } from "../../logic/parameters";
 import { physicalOf, unitsOf } from "../../logic/scales";
 import { rangeText } from "../../logic/units";
 import { Menu } from "../../widgets/basics";
@@ -15,6 +15,7 @@ export const changed = (row: Parameter, value: number | null | undefined): boole
     value != null && row.access.includes("W") && row.access.includes("E") && value !== row.default;
 
 export function Cell({ row, motor, value }: { row: Parameter; motor: number; value: number | null | undefined }) {
+    if (onDemand(row)) return <Asked row={row} value={value} />;
     if (value === undefined) return <td class="cell muted">…</td>;
     if (value === null)
         return (
@@ -55,6 +56,23 @@ export function Cell({ row, motor, value }: { row: Parameter; motor: number; val
                 />
             )}
             {row.bank === -1 && <Physical row={row} motor={motor} value={value} />}
+        </td>
+    );
+}
+
+/** A value that is read at a click, because reading it does something in the module. */
+function Asked({ row, value }: { row: Parameter; value: number | null | undefined }) {
+    return (
+        <td class="cell">
+            {value != null && <span class="value">{value}</span>}{" "}
+            <button
+                disabled={!online.value}
+                title="Reading it does something in the module, so it is read only when asked for"
+                aria-label={`Read ${row.name}`}
+                onClick={() => readNow([{ bank: row.bank, number: row.number, motor: 0 }])}
+            >
+                {value == null ? "read" : "again"}
+            </button>
         </td>
     );
 }
