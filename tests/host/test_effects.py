@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import pytest
 
 from tmcm34x.bench import simple_rig
-from tmcm34x.clock import MS
+from tmcm34x.clock import MS, run_until
 from tmcm34x.firmware.axis import V_ACTUAL, V_TARGET
 from tmcm34x.host.effects import moves
 from tmcm34x.tmcl.commands import BY_MNEMONIC
@@ -31,9 +33,9 @@ def test_a_command_that_is_said_not_to_move_moves_nothing(rig, number):
         instruction = Instruction(number, type_, 0, VALUE)
         if moves(instruction):
             continue
-        copy = rig.copy()
-        module = copy.modules[0]
+        other = copy(rig)
+        module = other.modules[0]
         module.execute(instruction)
-        copy.run_until(copy.now + LOOK_MS * MS)
+        run_until(other, other.now + LOOK_MS * MS)
         speeds = [axis.read(register) for axis in module.axes for register in (V_ACTUAL, V_TARGET)]
         assert speeds == [0] * 6, instruction

@@ -131,8 +131,8 @@ def test_what_cannot_be_undone_is_not_done_by_an_assignment(tmp_path):
 def test_a_motor_that_an_assignment_starts_is_stopped_with_the_server(tmp_path):
     async def scenario(bench, ide, page):
         async with ide.debugger() as window:
-            await window.do("evaluate", expression="ap[target_speed][1] = 300", context="repl")
-        await page.until(lambda: page.state["motor1"]["speed"] == 300)
+            await window.do("evaluate", expression="ap[target_position][1] = 4000000", context="repl")
+        await page.until(lambda: page.state["motor1"]["speed"] == 1000)
         assert await ide.hub.authority.close() == ""
         assert bench.speed(1) == 0
 

@@ -45,7 +45,7 @@ def _errors(page):
 
 
 async def _kept(page, items):
-    await page.call(wire.Keep("store", items))
+    await page.call(wire.Keep("store", items, sure=True))
     return await page.event(wire.MotionEnded)
 
 

@@ -454,7 +454,9 @@ def test_one_damaged_reply_in_thirteen_ends_no_sequence(tmp_path, action):
         remote = await asyncio.to_thread(Remote, parse_url(peer.url, address=1), telegrams)
         peer.damage_each = 13
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page(rate_hz=0) as page:
-            await page.call(wire.Keep(action, [wire.Watched(-1, 4, motor % 3) for motor in range(30)]))
+            await page.call(
+                wire.Keep(action, [wire.Watched(-1, 4, motor % 3) for motor in range(30)], sure=True)
+            )
             ended = await page.event(wire.MotionEnded)
             assert (ended.complete, ended.text[:9]) == (True, "30 values")
 
@@ -479,7 +481,9 @@ def test_an_export_is_complete_or_says_so(tmp_path):
 
 def test_a_line_lost_in_the_middle_ends_a_sequence_and_says_how_far_it_came(tmp_path):
     async def scenario(bench, ide, page):
-        await page.call(wire.Keep("store", [wire.Watched(-1, 4, motor % 3) for motor in range(3000)]))
+        await page.call(
+            wire.Keep("store", [wire.Watched(-1, 4, motor % 3) for motor in range(3000)], sure=True)
+        )
         await page.event(wire.Progress, lambda event: event.done > 0)
         await asyncio.to_thread(bench.stop)
         ended = await page.event(wire.MotionEnded)

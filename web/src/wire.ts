@@ -848,11 +848,12 @@ export interface Profile {
     step: number;
 }
 
-/** Store parameters in the EEPROM, or restore them from it, one by one; the motion's number. */
+/** Store parameters in the EEPROM, or restore them from it, one by one; the motion's number. Storing in a real module is refused with code `confirm` and a summary, unless `sure`. */
 export interface Keep {
     call: "keep";
     action: "restore" | "store";
     items: Watched[];
+    sure?: boolean;
 }
 
 /** Turn a motor until its page says 0, has said nothing for a second, or is gone; to be said again and again. */

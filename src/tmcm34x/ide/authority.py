@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING, Any, Final
 from tmcm34x.host import commands as host_commands
 from tmcm34x.host.effects import ALL_MOTORS, commands, consequence, moves
 from tmcm34x.host.polling import AXIS_BANK
-from tmcm34x.host.steps import QUIT_DOWNLOAD, RUN, STEP, STOP
+from tmcm34x.host.steps import NUMBERS, QUIT_DOWNLOAD, RUN, STEP, STOP
 from tmcm34x.ide import wire
 from tmcm34x.ide.motions import JOG_PATIENCE_S, Motion
 from tmcm34x.ide.sequences import Trouble
 from tmcm34x.ide.stopping import RETRY_S, Stopping
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import Instruction
-from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
+from tmcm34x.tmcl.mnemonic import MnemonicError, format_instruction, parse_instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 WATCH_S: Final = 0.1
 CLOSE_S: Final = 5.0
 """How long the end of the server waits for motors to confirm rest."""
+_STORING: Final = frozenset({NUMBERS["STAP"], NUMBERS["STGP"]})
 _HARMLESS_LINES: Final = frozenset({"BIN", "STOP", ""})
 """Lines of the ASCII interface that are no commands of their own and move nothing (manual 6.6.3)."""
 _AT_REST: Final = frozenset({"profile", "turn", "jog"})
@@ -107,7 +108,7 @@ class Authority:
 
         sure: what cannot be undone has been confirmed
         """
-        if not sure and (text := consequence(instruction)):
+        if not sure and (text := consequence(instruction) or self._replaced(instruction)):
             raise wire.RefusalError("confirm", f"{text}.")
         moving = moves(instruction)
         if moving:
@@ -117,6 +118,14 @@ class Authority:
             self._program_started = True
         if instruction.number == STOP:
             self._program_started = False
+
+    def _replaced(self, instruction: Instruction) -> str:
+        """What a command that stores a value takes the place of, in a real module."""
+        if not self.real or instruction.number not in _STORING:
+            return ""
+        return (
+            f"{format_instruction(instruction)} replaces what the EEPROM holds of this by the present value"
+        )
 
     @property
     def free(self) -> bool:

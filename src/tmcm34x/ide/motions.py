@@ -7,8 +7,11 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from tmcm34x.host.polling import AXIS_BANK
 from tmcm34x.ide import sequences, wire
+from tmcm34x.tmcl.axis_parameters import BY_NUMBER as AXIS_BY_NUMBER
 from tmcm34x.tmcl.commands import COORDINATES, MOTORS
+from tmcm34x.tmcl.global_parameters import BY_NUMBER as GLOBAL_BY_NUMBER
 
 if TYPE_CHECKING:
     from tmcm34x.ide.authority import Authority
@@ -18,6 +21,8 @@ if TYPE_CHECKING:
 TOP_SPEED: Final = 2047
 JOG_PATIENCE_S: Final = 1.0
 """How long a motor turns without a word about its arrow."""
+_NAMED: Final = 3
+"""Parameters that a summary names; the others it counts."""
 PATIENCE_S: Final = 3.0
 """How long any other motion goes on without a word from its window."""
 
@@ -85,7 +90,23 @@ async def _profile(authority: Authority, executor: Executor, page: Page, call: w
     return authority.begin("profile", page, {call.motor}, sequences.profile(executor, call.motor, velocities))
 
 
+def _summary(items: Sequence[wire.Watched]) -> str:
+    """What storing these brings about, for people."""
+    names = [_name(item) for item in items[:_NAMED]]
+    rest = f" and {len(items) - _NAMED} more" if len(items) > _NAMED else ""
+    return f"{', '.join(names)}{rest}: what the EEPROM holds of these now is replaced by the present values."
+
+
+def _name(item: wire.Watched) -> str:
+    axis = item.bank == AXIS_BANK
+    row = AXIS_BY_NUMBER.get(item.number) if axis else GLOBAL_BY_NUMBER.get((item.bank, item.number))
+    name = row.name if row is not None else f"parameter {item.number}"
+    return f"{name} of motor {item.motor}" if axis else name
+
+
 async def _keep(authority: Authority, executor: Executor, page: Page, call: wire.Keep) -> int:
+    if call.action == "store" and authority.real and not call.sure:
+        raise wire.RefusalError("confirm", _summary(call.items))
     return authority.begin(call.action, page, (), sequences.keep(executor, call.action, call.items))
 
 

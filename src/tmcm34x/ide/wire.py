@@ -931,10 +931,14 @@ class Profile(Call, tag="profile"):
 
 
 class Keep(Call, tag="keep"):
-    """Store parameters in the EEPROM, or restore them from it, one by one; the motion's number."""
+    """Store parameters in the EEPROM, or restore them from it, one by one; the motion's number.
+
+    Storing in a real module is refused with code `confirm` and a summary, unless `sure`.
+    """
 
     action: Keeping
     items: list[Watched]
+    sure: bool = False
     returns: ClassVar[Any] = int
 
 

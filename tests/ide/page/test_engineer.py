@@ -116,13 +116,13 @@ def test_three_hundred_lines_on_a_real_module_are_debugged(tmp_path: Path, open_
         page.keyboard.press("F9")
         expect(page.locator(".cm-line.execution.held")).to_contain_text(f"Move{WRONG}")
         assert [ask(f"GGP {n}, 2") for n in (WRONG - 1, WRONG)] == [1, 0]
-        until(page, lambda: figure(page, 0, "position") == 20 * WRONG)
+        until(page, lambda: ask("GAP 1, 0") == 20 * WRONG)
         expect(line.locator(".live-value")).to_have_text("position 0")
         counted = page.locator(".cm-line", has_text=f"Count{WRONG}: GGP")
         expect(counted.locator(".live-value")).to_have_text("= 0")
         page.keyboard.press("F7")
         expect(page.locator(".cm-line.execution.held")).to_contain_text("WAIT POS, 1")
-        until(page, lambda: figure(page, 1, "position") == 20 * WRONG + 20)
+        until(page, lambda: ask("GAP 1, 1") == 20 * WRONG + 20)
         assert ask("GAP 1, 0") == 20 * WRONG
 
         page.keyboard.press("Control+F2")

@@ -262,6 +262,9 @@ def test_store_beside_a_value_stores_that_of_one_motor(stage: Stage):
     expect(page.get_by_role("textbox", name="maximum positioning speed of motor 1")).to_have_value("701")
     page.get_by_role("button", name="Store or restore maximum positioning speed").click()
     page.get_by_role("menuitem", name="Store motor 1", exact=True).click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("maximum positioning speed of motor 1: what the EEPROM holds")
+    dialog.get_by_role("button", name="Apply").click()
     expect(page.locator(".notice").first).to_contain_text("1 value is stored")
     for motor in range(3):
         ask(f"RSAP 4, {motor}")
