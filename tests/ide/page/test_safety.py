@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -172,6 +173,51 @@ def test_leaving_a_field_writes_nothing(stage: Stage):
     field.fill("700")
     page.get_by_role("button", name="Send target (next) position of motor 0").click()
     until(page, lambda: ask("GAP 1, 0") == 700)
+
+
+def test_a_refused_value_is_not_shown_as_the_module_s(stage: Stage):
+    page, _, ask, _ = stage
+    open_parameters(page, "target position")
+    field = page.get_by_role("textbox", name="target (next) position of motor 0")
+    expect(field).to_have_value("0")
+    field.fill("700")
+    field.press("Enter")
+    expect(page.locator(".notice.error")).to_contain_text("Not armed")
+    expect(field).to_have_value("0")
+    assert ask("GAP 0, 0") == 0
+
+
+def test_a_question_is_answered_before_a_key_does_anything_else(stage: Stage):
+    page, _, ask, observer = stage
+    arm(page)
+    tab(page, "Direct mode")
+    page.get_by_role("combobox", name="Instruction").select_option("137")
+    page.get_by_role("textbox", name="key of restore factory settings").fill("1234")
+    page.get_by_role("button", name="Execute").click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("All stored parameters")
+    for key in ("F9", "F6", "Shift+F9", "Control+Shift+F2"):
+        page.keyboard.press(key)
+    expect(dialog).to_contain_text("All stored parameters")
+    dialog.get_by_role("button", name="Cancel").click()
+    line(page, "GAP 4, 0")
+    expect(page.locator(".answers .value").first).to_have_text("1000")
+    assert ask("GGP 128, 0") == 0
+    assert observer.read_instruction(0) != parse_instruction("ROR 0, 500")
+
+
+def test_a_value_whose_reading_does_something_is_read_when_asked_for(stage: Stage):
+    page = stage.page
+    page.get_by_role("button", name="Parameters", exact=True).click()
+    page.get_by_role("radio", name="Global").click()
+    page.get_by_role("textbox", name="Search parameters").fill("tick timer")
+    expect(page.locator("table.parameters td.cell .draft input")).not_to_have_value("0")
+    page.get_by_role("textbox", name="Search parameters").fill("random")
+    button = page.get_by_role("button", name="Read random number")
+    expect(button).to_have_text("read")
+    button.click()
+    expect(button).to_have_text("again")
+    expect(page.locator("table.parameters td.cell .value")).to_have_text(re.compile(r"\d+"))
 
 
 def test_arrow_keys_on_the_code_protection_write_nothing(stage: Stage):

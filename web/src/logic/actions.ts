@@ -1,4 +1,5 @@
 // Everything the page can do: one row each. Tool bar, key bindings, palette and overview read it.
+import { question } from "./confirm";
 import { effect, signal } from "@preact/signals";
 import { find, toggleHere } from "../editor/editor";
 import { showHints } from "../editor/server";
@@ -376,6 +377,12 @@ export function keysOf(event: KeyboardEvent): string {
     return [control && "Ctrl", event.altKey && "Alt", event.shiftKey && "Shift", name].filter(Boolean).join("+");
 }
 
+/** A key that is held repeats steps and nothing else; a question on the screen is answered before anything but a stop. */
+function allowed({ id }: Action, repeated: boolean): boolean {
+    if (repeated) return id.startsWith("step");
+    return question.value === null || id.startsWith("stop");
+}
+
 window.addEventListener(
     "keydown",
     event => {
@@ -383,7 +390,7 @@ window.addEventListener(
         if (!found || (found.id === "find" && !activeDocument.value)) return;
         event.preventDefault();
         event.stopPropagation();
-        perform(found.id);
+        if (allowed(found, event.repeat)) perform(found.id);
     },
     { capture: true },
 );

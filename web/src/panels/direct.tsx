@@ -256,6 +256,12 @@ function Terminal() {
     const sendLine = async (line: string) => {
         const back = await ask({ call: "send_ascii", line });
         if (back !== null) terminal.value = [...terminal.value.slice(-199), { line, back }];
+        return back !== null;
+    };
+    /** A line that was refused stays, to be mended. */
+    const submit = async () => {
+        const line = text.value;
+        if ((await sendLine(line)) && text.peek() === line) text.value = "";
     };
     return (
         <div class="terminal" aria-label="ASCII interface" role="region">
@@ -272,8 +278,7 @@ function Terminal() {
                 class="direct-line"
                 onSubmit={event => {
                     event.preventDefault();
-                    void sendLine(text.value);
-                    text.value = "";
+                    void submit();
                 }}
             >
                 <span class="prompt" aria-hidden="true">

@@ -174,7 +174,7 @@ export function Program() {
                                     low={row.low}
                                     high={row.high}
                                     label={`User variable ${row.number}`}
-                                    onCommit={next => void send("SGP", row.number, 2, next).then(refresh)}
+                                    onCommit={next => send("SGP", row.number, 2, next).then(refresh)}
                                 />
                             </label>
                             <WhoWrote value={`gp[${row.number}]`} />

@@ -94,9 +94,15 @@ const Send = ({ label, disabled, onClick }: { label: string; disabled?: boolean;
     </button>
 );
 
-/** A number in the module: a draft until Enter or its button sends it; Escape drops it. Leaving the field writes nothing. */
-export function NumberField(props: Common & { value: number | string; onCommit: (value: number) => void }) {
+/** How long what was sent is shown before the field says again what is known, where nothing tells when it was done. */
+const SETTLE_MS = 2000;
+
+/** A number in the module: a draft until Enter or its button sends it; Escape drops it. Leaving the field writes nothing.
+ * `onCommit` may return a promise of the answer: after a refusal the field shows the module's value again. */
+export function NumberField(props: Common & { value: number | string; onCommit: (value: number) => unknown }) {
     const field = useRef<HTMLInputElement>(null);
+    const known = useRef(props.value);
+    known.current = props.value;
     const draft = useSignal<string | null>(null);
     const value = draft.value === null ? null : readWithin(draft.value, props);
     const wrong = draft.value !== null && value === null;
@@ -110,9 +116,14 @@ export function NumberField(props: Common & { value: number | string; onCommit: 
     const send = () => {
         const typed = draft.peek() === null ? null : readWithin(draft.peek()!, props);
         if (typed === null) return;
-        props.onCommit(typed);
+        const answer = props.onCommit(typed);
         draft.value = null;
         field.current!.value = String(typed);
+        const settle = () => {
+            if (draft.peek() === null && field.current) showText(field.current, String(known.current));
+        };
+        if (answer instanceof Promise) void answer.finally(settle);
+        else setTimeout(settle, SETTLE_MS);
     };
     const state = draft.value === null ? "" : wrong ? "wrong unsent" : "unsent";
     return (

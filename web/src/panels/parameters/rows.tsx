@@ -24,7 +24,7 @@ export function Cell({ row, motor, value }: { row: Parameter; motor: number; val
             </td>
         );
     const set = (next: number) =>
-        void send(row.bank === -1 ? "SAP" : "SGP", row.number, row.bank === -1 ? motor : row.bank, next).then(refresh);
+        send(row.bank === -1 ? "SAP" : "SGP", row.number, row.bank === -1 ? motor : row.bank, next).then(refresh);
     const label = row.bank === -1 ? `${row.name} of motor ${motor}` : row.name;
     const writable = row.access.includes("W");
     const differs = changed(row, value);

@@ -20,7 +20,7 @@ export function Variables() {
                         low={row.low}
                         high={row.high}
                         label={`User variable ${row.number}`}
-                        onCommit={value => void send("SGP", row.number, 2, value).then(refresh)}
+                        onCommit={value => send("SGP", row.number, 2, value).then(refresh)}
                     />
                     <IconButton
                         icon="save"
@@ -78,7 +78,7 @@ export function Coordinates() {
                                             low={low}
                                             high={high}
                                             label={`Coordinate ${number} of motor ${motor}`}
-                                            onCommit={next => void send("SCO", number, motor, next).then(refresh)}
+                                            onCommit={next => send("SCO", number, motor, next).then(refresh)}
                                         />
                                     )}
                                 </td>

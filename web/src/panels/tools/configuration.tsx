@@ -36,7 +36,7 @@ export function Configuration() {
                         const row = tables.value.globals.find(item => item.key === key);
                         if (!row) return null;
                         const now = value(row.bank, row.number);
-                        const set = (next: number) => void send("SGP", row.number, row.bank, next).then(refresh);
+                        const set = (next: number) => send("SGP", row.number, row.bank, next).then(refresh);
                         if (key === "eeprom_lock")
                             return (
                                 <label key={key} title={row.meaning}>

@@ -15,7 +15,7 @@ export function Reference() {
     const row = axisParameter("reference_mode");
     const mode = parameterValue("reference_mode");
     const state = useComputed(() => motors[motor.value]!.value.search);
-    const set = (key: string) => (value: number) => void setAxis(key, motor.value, value).then(refresh);
+    const set = (key: string) => (value: number) => setAxis(key, motor.value, value).then(refresh);
     const searching = state.value > 0;
     const endSearch = () => {
         const own = motionOf("search", motor.value);

@@ -146,7 +146,7 @@ function BankZero() {
                                     high={row.high}
                                     label={row.name}
                                     disabled={!online.value}
-                                    onCommit={next => void send("SGP", row.number, 0, next).then(read)}
+                                    onCommit={next => send("SGP", row.number, 0, next).then(read)}
                                 />
                             ) : (
                                 <b class="value">${hex(value)}</b>

@@ -45,7 +45,7 @@ export function Stall() {
                         disabled={known("max_acceleration") === undefined}
                         {...rangeOf("max_acceleration")}
                         label="Acceleration"
-                        onCommit={value => void setAxis("max_acceleration", motor.value, value).then(refresh)}
+                        onCommit={value => setAxis("max_acceleration", motor.value, value).then(refresh)}
                     />
                 </label>
             </div>
