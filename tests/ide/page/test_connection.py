@@ -102,7 +102,7 @@ def test_a_module_on_a_can_bus_is_reached_moved_and_left(serve: Any, open_ide: O
 
 def test_the_editor_judges_for_the_module_that_is_there(serve: Any, open_ide: OpenIde, tmp_path: Path):
     """Parameter 206, the load, is of modules with drivers: a TMCM-342 has none."""
-    (tmp_path / "program.tmc").write_text("GAP 206, 0\nSTOP\n")
+    (tmp_path / "program.tmc").write_text("Loop: GAP 206, 0\nAGP 1, 2\nWAIT TICKS, 0, 1\nJA Loop\n")
     page, _ = open_ide()
     complaint = page.locator(".code:not([hidden])").locator(".cm-lintRange-error, .cm-lintRange-warning")
     expect(page.locator(".status-bar")).to_contain_text("0 errors, 0 warnings")

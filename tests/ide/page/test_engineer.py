@@ -135,6 +135,10 @@ def test_three_hundred_lines_on_a_real_module_are_debugged(tmp_path: Path, open_
         page.keyboard.type(f"Move{WRONG}: MVP ABS, 0, Station{WRONG}")
         page.keyboard.press("Escape")
         expect(page.locator(".status-bar")).to_contain_text("0 errors")
+        stored = page.locator(".notice", has_text="instructions are in the module")
+        expect(stored).to_have_count(0)
+        page.keyboard.press("F6")
+        expect(stored).to_have_count(1)
         page.keyboard.press("F9")
         until(page, lambda: ask(f"GGP {STATIONS - 1}, 2") == 1, tries=800)
         assert ask("GAP 1, 0") == 20 * STATIONS

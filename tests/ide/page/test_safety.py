@@ -187,6 +187,38 @@ def test_a_refused_value_is_not_shown_as_the_module_s(stage: Stage):
     assert ask("GAP 0, 0") == 0
 
 
+def test_paste_undo_and_a_line_that_comes_back_send_nothing(serve: Any, open_ide: OpenIde):
+    served = serve("--tcp", "127.0.0.1:0")
+    page, _ = open_ide("--port", f"tcp://{served.tcp}")
+    arm(page)
+    open_parameters(page, "maximum positioning speed")
+    field = page.get_by_role("textbox", name="maximum positioning speed of motor 0")
+    expect(field).to_have_value("1000")
+    field.fill("900")
+    field.press("Control+z")
+    field.press("Control+Shift+z")
+    expect(field).to_have_value("900")
+    tab(page, "Direct mode")
+    command = page.get_by_role("textbox", name="Command line")
+    command.focus()
+    page.keyboard.insert_text("ROR 0, 500\n")
+    expect(command).to_have_value(re.compile("ROR 0, 500"))
+    served.stop()
+    expect(page.locator(".banner")).to_contain_text("gone")
+    again = serve("--tcp", served.tcp)
+    expect(page.locator(".banner")).to_have_count(0)
+    expect(page.get_by_role("switch", name="ARMED")).to_have_attribute("aria-checked", "false")
+    expect(field).to_have_value("900")
+    expect(field).to_have_class("number unsent")
+    expect(command).to_have_value(re.compile("ROR 0, 500"))
+    expect(page.locator(".answer")).to_have_count(0)
+    with Connection.open(f"tcp://{again.tcp}") as observer:
+        values = [
+            observer.execute(parse_instruction(text)).value for text in ("GAP 4, 0", "GAP 3, 0", "GAP 2, 0")
+        ]
+    assert values == [1000, 0, 0]
+
+
 def test_a_question_is_answered_before_a_key_does_anything_else(stage: Stage):
     page, _, ask, observer = stage
     arm(page)
