@@ -127,6 +127,12 @@ class Loading:
             self._hush(False)
             self._tell(wire.Progress("Downloading", 1, 1))
         self._loaded = instructions
+        self._look()
+
+    def _look(self) -> None:
+        """What the memory holds now is not another host's."""
+        if isinstance(self._target, Virtual):
+            self._revision = self._target.module.eeprom.revision
 
     def _say(self, line: str) -> None:
         self._tell(wire.Output("information", line))
@@ -156,8 +162,7 @@ class Loading:
     def know(self, listing: wire.Listing | None) -> None:
         """The memory holds this program, or an unknown one."""
         self.listing = listing
-        if isinstance(self._target, Virtual):
-            self._revision = self._target.module.eeprom.revision
+        self._look()
 
     def stored_by_other_host(self) -> list[Instruction] | None:
         """The program that another host has stored meanwhile, as far as it can be seen without the line; None for none.

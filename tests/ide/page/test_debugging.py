@@ -171,7 +171,7 @@ def test_coverage_of_a_run_is_shown_from_its_tracefile(page: Page, ide: Ide):
 
 def test_the_text_is_compared_with_its_file_and_with_the_module(page: Page):
     page.keyboard.press("F6")
-    expect(page.locator(".notice")).to_contain_text("are in the module")
+    expect(page.locator(".notice", has_text="are in the module")).to_have_count(1)
     page.get_by_text("Speed = ").click()
     page.keyboard.press("End")
     page.keyboard.type("0")
