@@ -1,7 +1,7 @@
 // All parameters of the module as last read; kept fresh while a page that shows them is open.
 import { computed, effect, signal } from "@preact/signals";
 import type { Parameter, Watched } from "../wire";
-import { connection, onServerEvent, online, powered, tables, welcome } from "./app";
+import { connection, onServerEvent, online, reachable, tables, welcome } from "./app";
 
 export interface Values {
     /** By parameter number: one value a motor; null where the module refuses. */
@@ -65,9 +65,9 @@ function items(): Watched[] {
 /** Read what is wanted now. */
 export const refresh = (): Promise<void> => readNow(items());
 
-/** Read what a person asks for. */
+/** Read what a person asks for. What was read before stays where no answer comes: a lost reply takes no draft away. */
 export async function readNow(list: readonly Watched[]): Promise<void> {
-    if (!online.value || !powered.value || !list.length) return;
+    if (!reachable.value || !list.length) return;
     const values = await connection.call({ call: "read_many", items: [...list] }).catch(() => null);
     if (!values) return;
     const old = parameters.peek();
@@ -77,21 +77,22 @@ export async function readNow(list: readonly Watched[]): Promise<void> {
     const glow = new Map(touched.peek());
     const now = performance.now();
     list.forEach(({ bank, number, motor }, at) => {
-        const value = values[at] ?? null;
+        const read = values[at] ?? null;
+        let value = read;
         let before: number | null | undefined;
         if (bank === -1) {
             const row = (axis.get(number) ?? []).slice();
             before = row[motor];
-            row[motor] = value;
+            row[motor] = value = read ?? before ?? null;
             axis.set(number, row);
         } else if (bank === COORDINATE_BANK) {
             const row = (coordinates[number] ?? []).slice();
             before = row[motor];
-            row[motor] = value;
+            row[motor] = value = read ?? before ?? null;
             coordinates[number] = row;
         } else {
             before = globals.get(`${bank}/${number}`);
-            globals.set(`${bank}/${number}`, value);
+            globals.set(`${bank}/${number}`, (value = read ?? before ?? null));
         }
         if (before !== undefined && before !== value) glow.set(keyOf(bank, number, motor), now);
     });

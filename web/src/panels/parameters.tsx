@@ -1,6 +1,6 @@
 // All parameters of the module: seen, explained, changed, stored, exported.
 import { signal } from "@preact/signals";
-import { online, powered, tables } from "../logic/app";
+import { online, powered, stale, tables } from "../logic/app";
 import { exportSettings, pickSettings } from "../logic/exchange";
 import { axisValue, globalValue, keyOf } from "../logic/parameters";
 import { remembered } from "../logic/settings";
@@ -191,7 +191,7 @@ export function Parameters() {
                     Import…
                 </button>
             </div>
-            <div class={`scroll ${powered.value ? "" : "dimmed"}`} tabIndex={0} aria-label="Values">
+            <div class={`scroll ${powered.value && !stale.value ? "" : "dimmed"}`} tabIndex={0} aria-label="Values">
                 <View />
             </div>
         </div>
