@@ -30,7 +30,7 @@ import { TriggerMenu, fired } from "./plot/trigger";
 
 /** All shown curves and what belongs to no motor, for a file. */
 const all = (curves: readonly ShownCurve[]): Curve[] => [
-    ...curves.map(curve => (curve.derived ? { ...curve, values: valuesOf(curve, 0, samples.length, 1) } : curve)),
+    ...curves.map(curve => (curve.derived ? { ...curve, values: valuesOf(curve, 0, samples.length) } : curve)),
     { title: "program counter", column: COUNTER_COLUMN },
     { title: "outputs", column: OUTPUT_COLUMN },
 ];
