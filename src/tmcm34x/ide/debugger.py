@@ -443,7 +443,8 @@ _MOVING: Final = frozenset(
 def _moves(request: Message) -> bool:
     arguments = request.get("arguments")
     console = isinstance(arguments, dict) and cast(Message, arguments).get("context") == "repl"
-    return request.get("command") in _MOVING or (request.get("command") == "evaluate" and console)
+    command = str(request.get("command"))
+    return command in _MOVING or (command == "evaluate" and console)
 
 
 def _is_logged(message: Mapping[str, Any]) -> bool:
