@@ -33,6 +33,9 @@ _BITS: Final = 10
 LATENCY_S: Final = 0.03
 """What adapters and computers add to the time that two telegrams take on the wire; the longest reply pause besides."""
 
+NETWORK_S: Final = 0.12
+"""What a network adds besides, and a serial line behind it, whose bit rate is not known here."""
+
 
 class Found(NamedTuple):
     """A module that replied."""
@@ -197,8 +200,14 @@ def _line_of(url: Url) -> str:
 
 def _open(attempt: Try, pause_s: float) -> Connection:
     url = attempt.url
-    wire_s = 2 * SIZE * _BITS / url.baud if url.scheme in {"serial", "virtual"} else 0.0
-    return Connection(open_line(url), address=attempt.address, timeout_s=wire_s + pause_s, retries=0)
+    return Connection(open_line(url), address=attempt.address, timeout_s=_travel_s(url) + pause_s, retries=0)
+
+
+def _travel_s(url: Url) -> float:
+    """How long a request and its reply are on their way."""
+    if url.is_can:
+        return 0.0
+    return 2 * SIZE * _BITS / url.baud if url.scheme in {"serial", "virtual"} else NETWORK_S
 
 
 def _ask(connection: Connection, attempt: Try) -> Found | None:
