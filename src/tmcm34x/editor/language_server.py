@@ -14,12 +14,13 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
+from functools import cache, partial
 from typing import Any, Final, cast
 
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
+from pygls.protocol import default_converter
 
 from tmcm34x import __version__
 from tmcm34x.editor.analysis import actions, appearance, completions, hovers, names, values
@@ -48,6 +49,9 @@ logging.getLogger("pygls.protocol.json_rpc").addFilter(_unanswered)
 # pygls warns of each question that an editor takes back after it was answered.
 logging.getLogger("pygls").setLevel(logging.ERROR)
 
+_converter = cache(default_converter)
+"""One for all sessions: what each makes as it goes is kept by the interpreter for ever."""
+
 
 class TmclServer(LanguageServer):
     """One session with an editor.
@@ -57,7 +61,10 @@ class TmclServer(LanguageServer):
 
     def __init__(self, files: Files, include_path: Sequence[str] = (), model: int = 343) -> None:
         super().__init__(  # pyright: ignore[reportUnknownMemberType]
-            "tmcm34x", __version__, text_document_sync_kind=types.TextDocumentSyncKind.Incremental
+            "tmcm34x",
+            __version__,
+            text_document_sync_kind=types.TextDocumentSyncKind.Incremental,
+            converter_factory=_converter,
         )
         self.programs = Workspace(files, include_path, model)
         self.hints: frozenset[HintKind] = _HINTS

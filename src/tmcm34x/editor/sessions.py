@@ -84,6 +84,14 @@ async def serve_messages(
         with contextlib.suppress(ConnectionError, asyncio.CancelledError):
             await pumping
         server.shutdown()
+        _forget(server)
+
+
+def _forget(server: TmclServer) -> None:
+    """Let a session go: caches of pygls that all sessions share hold their keys' sessions."""
+    protocol = type(server.protocol)
+    protocol.get_message_type.cache_clear()
+    protocol.get_result_type.cache_clear()
 
 
 def _handle(server: TmclServer, writer: _Writer, text: str | bytes) -> bool:

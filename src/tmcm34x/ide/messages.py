@@ -58,11 +58,14 @@ class Outbox:
         self._wake.set()
 
     async def run(self, send: Callable[[bytes], Awaitable[object]]) -> None:
-        """Send for ever."""
-        while True:
-            await self._wake.wait()
-            self._wake.clear()
-            while self._messages:
-                data = self._messages.popleft()
-                await send(data)
-                self._backlog -= len(data)
+        """Send until this is cancelled; what waits then is dropped."""
+        try:
+            while True:
+                await self._wake.wait()
+                self._wake.clear()
+                while self._messages:
+                    data = self._messages.popleft()
+                    await send(data)
+                    self._backlog -= len(data)
+        finally:
+            self._messages.clear()
