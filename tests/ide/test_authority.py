@@ -126,6 +126,8 @@ def test_stop_all_ends_a_profile_and_holds_until_it_is_released(tmp_path):
         await page.call(wire.Profile(0, 100, 2000, 50))
         await page.event(wire.ProfilePoint)
         await page.call(wire.StopAll())
+        first = await page.event(wire.Authority, lambda event: event.latched)
+        assert [doubt.motor for doubt in first.doubts] == [-1, 0, 1, 2]
         assert not (await _ended(page, "profile")).complete
         latched = await page.event(wire.Authority, lambda event: event.latched and not event.doubts)
         assert latched.motions == []

@@ -285,12 +285,13 @@ class Authority:
         """Stop the program and all motors at once, and again until all have confirmed; latches."""
         first = [Instruction(QUIT_DOWNLOAD)] if downloading else []
         self._target.urgent([*first, Instruction(STOP), *map(host_commands.stop, range(MOTORS))])
+        self._stop_program()
+        self._stopping.begin(range(MOTORS))
+        # Only now: without doubts a latch says that all is at rest.
         self.latched = True
         for motion in tuple(self._motions.values()):
             self._remove(motion)
             self._tell_end(motion, "STOP ALL.")
-        self._stop_program()
-        self._stopping.begin(range(MOTORS))
         self._changed()
 
     def _stop_program(self) -> None:
