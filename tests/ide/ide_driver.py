@@ -15,10 +15,12 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from tmcm34x.bench import simple_rig
 from tmcm34x.firmware.storage import Eeprom
+from tmcm34x.host.url import parse_url
 from tmcm34x.ide import wire
 from tmcm34x.ide.application import LOOPBACK, Application
 from tmcm34x.ide.hub import Hub
 from tmcm34x.ide.modules import Modules
+from tmcm34x.ide.remote import Remote
 from tmcm34x.ide.target import Target
 from tmcm34x.ide.telegrams import Telegrams
 from tmcm34x.ide.virtual import Virtual
@@ -241,6 +243,12 @@ def virtual(
     telegrams = Telegrams()
     server = Server(simple_rig(model, eeprom), speed=speed, log=telegrams)
     return Virtual(server, "bare motors", ""), telegrams
+
+
+async def real(url: str, address: int = 1) -> tuple[Remote, Telegrams]:
+    """The module at the other end of a line, for `running`."""
+    telegrams = Telegrams()
+    return await asyncio.to_thread(Remote, parse_url(url, address=address), telegrams), telegrams
 
 
 @contextlib.asynccontextmanager

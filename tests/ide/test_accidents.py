@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import asyncio
 
-from ide.ide_driver import running
+from ide.ide_driver import real, running
 from ide.served import Bench
 from tmcm34x.debug.dap import breakpoints, data_breakpoints, inspection, run_control
 from tmcm34x.host import Connection
-from tmcm34x.host.url import parse_url
 from tmcm34x.ide import wire
-from tmcm34x.ide.remote import Remote
-from tmcm34x.ide.telegrams import Telegrams
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import parse_instruction
 from tmcm34x.tmcl.status import Status
@@ -48,8 +45,7 @@ def _go(folder, scenario, *, armed=False):
     bench = Bench()
 
     async def run():
-        telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, parse_url(f"tcp://{bench.address}", address=1), telegrams)
+        remote, telegrams = await real(f"tcp://{bench.address}")
         async with running(folder, (remote, telegrams)) as ide, ide.page() as page:
             await page.call(wire.Arm(armed))
             await scenario(bench, ide, page)

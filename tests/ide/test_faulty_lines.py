@@ -7,12 +7,9 @@ import re
 
 import pytest
 
-from ide.ide_driver import running
+from ide.ide_driver import real, running
 from ide.served import Bench
-from tmcm34x.host.url import parse_url
 from tmcm34x.ide import wire
-from tmcm34x.ide.remote import Remote
-from tmcm34x.ide.telegrams import Telegrams
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.numbers import CONTROL
 
@@ -27,8 +24,7 @@ def _go(folder, scenario, model=343):
     bench = Bench(model, seed=5)
 
     async def run():
-        telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, parse_url(f"tcp:{bench.address}"), telegrams)
+        remote, telegrams = await real(f"tcp:{bench.address}")
         async with running(folder, (remote, telegrams)) as ide, ide.page(rate_hz=0) as page:
             await scenario(bench, page)
 

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from ide.ide_driver import running
+from ide.ide_driver import real, running
 from ide.served import Bench
 from tmcm34x.host import Connection
 from tmcm34x.host.exceptions import LinkError
@@ -23,8 +23,7 @@ def _go(folder, scenario, model: int = 343):
     bench = Bench(model)
 
     async def run():
-        telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, parse_url(f"tcp://{bench.address}", address=1), telegrams)
+        remote, telegrams = await real(f"tcp://{bench.address}")
         async with running(folder, (remote, telegrams)) as ide, ide.page() as page:
             await page.call(wire.Arm(True))
             await scenario(bench, ide, page)
@@ -364,8 +363,7 @@ def test_the_end_of_the_server_stops_what_it_has_started(tmp_path):
     bench = Bench()
 
     async def run():
-        telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, parse_url(f"tcp://{bench.address}", address=1), telegrams)
+        remote, telegrams = await real(f"tcp://{bench.address}")
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page() as page:
             await page.call(wire.Arm(True))
             await page.execute("ROR 0, 500")
@@ -386,8 +384,7 @@ def test_motors_that_turn_already_are_told_of(tmp_path):
     bench.rig.modules[0].execute(Instruction(1, 0, 1, 300))
 
     async def run():
-        telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, parse_url(f"tcp://{bench.address}", address=1), telegrams)
+        remote, telegrams = await real(f"tcp://{bench.address}")
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page() as page:
             found = await page.event(wire.Authority, lambda event: event.found)
             assert "motor 1 (speed" in found.found
@@ -414,8 +411,8 @@ def test_the_ide_follows_its_own_change_of_the_address(tmp_path):
 def test_a_model_is_known_when_the_module_has_said_it(tmp_path):
     async def scenario(bench, ide, page):
         await page.call(wire.ExecuteText("SGP 66, 0, 9", sure=True))
-        url, telegrams = f"tcp://{bench.address}", Telegrams()
-        remote = await asyncio.to_thread(Remote, parse_url(url, address=3), telegrams)
+        url = f"tcp://{bench.address}"
+        remote, telegrams = await real(url, address=3)
         async with running(tmp_path, (remote, telegrams)) as other:
             assert not other.hub.welcome(1).model.known
             async with other.page() as wrong:
@@ -431,8 +428,7 @@ def test_what_a_module_has_not_said_is_unknown_and_not_zero(tmp_path):
     peer = Peer()
 
     async def run():
-        telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, parse_url(peer.url, address=1), telegrams)
+        remote, telegrams = await real(peer.url)
         peer.refused = bytes((6, 3))
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page() as page:
             await page.until(lambda: page.state and page.state["quality"]["seen"] > 0)
@@ -450,8 +446,7 @@ def test_one_damaged_reply_in_thirteen_ends_no_sequence(tmp_path, action):
     peer = Peer()
 
     async def run():
-        telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, parse_url(peer.url, address=1), telegrams)
+        remote, telegrams = await real(peer.url)
         peer.damage_each = 13
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page(rate_hz=0) as page:
             await page.call(
@@ -467,8 +462,7 @@ def test_an_export_is_complete_or_says_so(tmp_path):
     peer = Peer()
 
     async def run():
-        telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, parse_url(peer.url, address=1), telegrams)
+        remote, telegrams = await real(peer.url)
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page(rate_hz=0) as page:
             text = await page.call(wire.ExportSettings("toml"))
             assert text.count("max_speed = 0") == 3
@@ -565,8 +559,7 @@ def test_stop_all_goes_out_before_what_is_waited_for_and_what_is_queued(tmp_path
     peer = Peer()
 
     async def run():
-        telegrams = Telegrams()
-        remote = await asyncio.to_thread(Remote, parse_url(peer.url, address=1), telegrams)
+        remote, telegrams = await real(peer.url)
         async with running(tmp_path, (remote, telegrams)) as ide, ide.page(rate_hz=0) as page:
             await page.call(wire.Arm(True))
             peer.hold_replies()

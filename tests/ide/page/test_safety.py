@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from ide.page.driver import Ide, OpenIde, arm, figure, line, tab, until
 from tmcm34x.host import Connection
@@ -48,6 +48,17 @@ def stage(serve: Any, open_ide: OpenIde, earlier: tuple[str, ...]) -> Iterator[S
 def open_parameters(page: Page, words: str) -> None:
     page.get_by_role("button", name="Parameters", exact=True).click()
     page.get_by_role("textbox", name="Search parameters").fill(words)
+
+
+def ask_for_factory_settings(page: Page) -> Locator:
+    """Execute control function 137 in direct mode; the question that comes first."""
+    tab(page, "Direct mode")
+    page.get_by_role("combobox", name="Instruction").select_option("137")
+    page.get_by_role("textbox", name="key of restore factory settings").fill("1234")
+    page.get_by_role("button", name="Execute").click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("All stored parameters")
+    return dialog
 
 
 def measure(page: Page, low: str, high: str) -> None:
@@ -222,12 +233,7 @@ def test_paste_undo_and_a_line_that_comes_back_send_nothing(serve: Any, open_ide
 def test_a_question_is_answered_before_a_key_does_anything_else(stage: Stage):
     page, _, ask, observer = stage
     arm(page)
-    tab(page, "Direct mode")
-    page.get_by_role("combobox", name="Instruction").select_option("137")
-    page.get_by_role("textbox", name="key of restore factory settings").fill("1234")
-    page.get_by_role("button", name="Execute").click()
-    dialog = page.get_by_role("dialog")
-    expect(dialog).to_contain_text("All stored parameters")
+    dialog = ask_for_factory_settings(page)
     for key in ("F9", "F6", "Shift+F9", "Control+Shift+F2"):
         page.keyboard.press(key)
     expect(dialog).to_contain_text("All stored parameters")
@@ -322,12 +328,7 @@ def test_run_over_a_program_of_somebody_else_asks_first(stage: Stage):
 def test_137_in_direct_mode_is_confirmed_first(stage: Stage):
     page, _, ask, _ = stage
     ask("SGP 75, 0, 7")
-    tab(page, "Direct mode")
-    page.get_by_role("combobox", name="Instruction").select_option("137")
-    page.get_by_role("textbox", name="key of restore factory settings").fill("1234")
-    page.get_by_role("button", name="Execute").click()
-    dialog = page.get_by_role("dialog")
-    expect(dialog).to_contain_text("All stored parameters")
+    dialog = ask_for_factory_settings(page)
     dialog.get_by_role("button", name="Cancel").click()
     assert ask("GGP 75, 0") == 7
 
