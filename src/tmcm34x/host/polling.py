@@ -10,7 +10,7 @@ from __future__ import annotations
 from itertools import cycle, islice
 from typing import Final, NamedTuple
 
-from tmcm34x.host.steps import NUMBERS, SEARCHES
+from tmcm34x.host.steps import NUMBERS, SEARCHES, VERSION
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import Instruction
@@ -81,6 +81,8 @@ SLOW: Final = (
 
 PROBE: Final = Polled("probe", 0, Instruction(CONTROL.GET_APPLICATION_STATUS))
 """Refused in download mode, and never stored (fidelity PROG-15)."""
+_NEVER_STORED: Final = (PROBE.command, Instruction(VERSION))
+"""Executed or refused in download mode (fidelity PROG-15)."""
 
 
 class Polling:
@@ -103,6 +105,15 @@ class Polling:
         self._refused.clear()
         self.loading = False
 
+    def stored(self, command: Instruction) -> bool:
+        """Whether the module would store this command as part of a program instead of answering it."""
+        return self.loading and command not in _NEVER_STORED
+
+    def see_mode(self, command: Instruction, status: int) -> None:
+        """Take from a reply, status 0 for none, whether the module is in download mode."""
+        if status == Status.LOADED or command == PROBE.command:
+            self.loading = status != Status.OK
+
     def due(self) -> list[Polled]:
         """What to read in the next round; what the module has refused for good is left out."""
         if self.loading:
@@ -112,8 +123,8 @@ class Polling:
 
     def take(self, polled: Polled, status: int, value: int) -> bool:
         """What came, status 0 for nothing; whether it is a value."""
+        self.see_mode(polled.command, status)
         if status == Status.LOADED or polled is PROBE:
-            self.loading = status != Status.OK
             return False
         if status == Status.OK:
             self.values[polled.key, polled.motor] = value

@@ -18,11 +18,12 @@ from tmcm34x.host.exceptions import LinkError
 from tmcm34x.host.polling import PROBE, Polled, Polling, reader
 from tmcm34x.host.steps import VERSION
 from tmcm34x.ide import wire
+from tmcm34x.ide.exchange import unanswered
 from tmcm34x.ide.polled import pack, put_held
 from tmcm34x.ide.remote_line import CLOSED, PATIENCE, POLL, RemoteLine
 from tmcm34x.ide.sampling import Samples, column_of
 from tmcm34x.ide.state import Groups
-from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.datagram import Instruction, pack_request
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ RETRY_S: Final = 1.0
 """Between two attempts to find a lost module."""
 LOOKED_AT_S: Final = 3.0
 """A page that asked for state less than this ago is looking."""
+LOADING: Final = "another host is downloading a program"
 
 
 class Remote(RemoteLine):
@@ -96,7 +98,7 @@ class Remote(RemoteLine):
             if self._closed:
                 raise LinkError(CLOSED)
             if polling and self._polling.loading:
-                raise LinkError("another host is downloading a program")
+                raise LinkError(LOADING)
             self._link = POLL if polling else "IDE"
             return work()
 
@@ -146,6 +148,18 @@ class Remote(RemoteLine):
                 await asyncio.sleep(0.1)
             else:
                 await self._round()
+
+    def _exchange(
+        self, instruction: Instruction, link: str, urgencies: int | None, retries: int
+    ) -> wire.Exchange:
+        """In the thread of the line, so that a poll that was queued before the mode was seen is not sent."""
+        if link != POLL:
+            return super()._exchange(instruction, link, urgencies, retries)
+        if self._polling.stored(instruction):
+            return unanswered(instruction, pack_request(self._address, instruction), LOADING)
+        exchange = super()._exchange(instruction, link, urgencies, retries)
+        self._polling.see_mode(instruction, exchange.status)
+        return exchange
 
     async def _ask_version(self) -> None:
         """See whether the module answers again, and which one it is."""
