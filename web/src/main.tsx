@@ -3,6 +3,7 @@ import { effect } from "@preact/signals";
 import { render } from "preact";
 import { shownTheme } from "./logic/actions";
 import { connection, loaded, welcome } from "./logic/app";
+import "./logic/events";
 import { openFile, restore } from "./logic/documents";
 import { Page } from "./shell/page";
 

@@ -4,7 +4,6 @@ import {
     CURVES,
     GROUPS,
     MOTOR_FLAGS,
-    PROTOCOL,
     TIME_FLAGS,
     readBoard,
     readFrame,
@@ -112,6 +111,8 @@ const nothing: QualityState = {
     seen: 0,
 };
 const quality = signal<QualityState>(nothing);
+/** Another module, or the same one begun anew: nothing is known of it. */
+export const forgetQuality = (): void => void (quality.value = nothing);
 /** Number of a value in its group, by name. */
 const order = (state: object): Record<string, number> =>
     Object.fromEntries(Object.keys(state).map((name, at) => [name, at]));
@@ -220,7 +221,7 @@ export const droppedTelegrams = signal(0);
 /** Number of the last telegram that this page has had. */
 export const lastTelegram = { value: 0 };
 
-function addTelegrams(lines: Telegram[]): void {
+export function addTelegrams(lines: Telegram[]): void {
     lastTelegram.value = lines[lines.length - 1]?.number ?? lastTelegram.value;
     telegrams.value = telegrams.value.concat(lines).slice(-LOG_LINES);
 }
@@ -322,7 +323,7 @@ export async function stopAll(): Promise<void> {
 
 // ------------------------------------------------------------------ watched parameters
 export const watches = remembered<Watched[]>("watches", []);
-const sendWatches = (): void => void connection.call({ call: "watch", items: watches.value }).catch(() => {});
+export const sendWatches = (): void => void connection.call({ call: "watch", items: watches.value }).catch(() => {});
 export function setWatches(items: Watched[]): void {
     const before = watches.value;
     watches.value = items.slice(0, WATCH_SLOTS);
@@ -335,80 +336,8 @@ export function setWatches(items: Watched[]): void {
 }
 
 // ------------------------------------------------------------------ events
-const eventListeners = new Set<(event: ServerEvent) => void>();
+export const eventListeners = new Set<(event: ServerEvent) => void>();
 export const onServerEvent = (listener: (event: ServerEvent) => void): void => void eventListeners.add(listener);
-
-connection.onEvent = event => {
-    switch (event.event) {
-        case "welcome":
-            batch(() => welcomed(event));
-            break;
-        case "files_changed":
-            files.value = event.files;
-            break;
-        case "loaded":
-            loaded.value = event.listing;
-            break;
-        case "windows":
-            windows.value = event.count;
-            break;
-        case "progress":
-            progress.value = event.done >= event.total ? null : event;
-            break;
-        case "telegrams":
-            addTelegrams(event.lines);
-            droppedTelegrams.value += event.dropped;
-            break;
-        case "happened":
-            samples.mark({
-                time: event.clock / tables.value.clock_hz,
-                text: event.text,
-                motor: event.motor,
-                kind: event.kind,
-            });
-            break;
-        case "world_changed":
-            world.value = event.world;
-            break;
-        case "link":
-            link.value = event;
-            break;
-        case "output":
-            notify(event.severity, event.text);
-            break;
-    }
-    for (const listener of eventListeners) listener(event);
-};
-
-function welcomed(event: Welcome): void {
-    if (event.protocol !== PROTOCOL) {
-        location.reload();
-        return;
-    }
-    const before = welcome.peek();
-    welcome.value = event;
-    loaded.value = event.listing;
-    if (before && (before.start !== event.start || before.seat !== event.seat)) {
-        samples.clear();
-        world.value = null;
-        quality.value = nothing;
-    }
-    progress.value = null;
-    lastTelegram.value = 0;
-    telegrams.value = [];
-    document.title = `${event.model.known ? event.model.name : "no module"} · tmcm34x`;
-    sendRate();
-    if (watches.value.length) sendWatches();
-    void connection.call({ call: "list_files" }).then(list => (files.value = list));
-    if (event.ability.bench) void connection.call({ call: "read_world" }).then(found => (world.value = found));
-}
-
-/** Enough for dials and plots to look alive, and cheap. */
-const FRAMES_HZ = 20;
-/** A window in the background asks for few frames. */
-const sendRate = (): void =>
-    void connection.call({ call: "set_rate", hz: document.hidden ? 2 : FRAMES_HZ }).catch(() => {});
-document.addEventListener("visibilitychange", () => online.value && sendRate());
 
 export const flag = (motor: number, name: keyof typeof MOTOR_FLAGS): boolean =>
     (motors[motor]!.value.flags & MOTOR_FLAGS[name]) !== 0;

@@ -2,7 +2,7 @@
 import { signal, useSignal } from "@preact/signals";
 import { ask, link, notify, onServerEvent, online, tables } from "../logic/app";
 import { remembered } from "../logic/settings";
-import { currentView } from "../editor/editor";
+import { currentView } from "../editor/following";
 import type { CommandShape, Exchange, OperandShape, Parameter } from "../wire";
 import { readNumber } from "../logic/text";
 import { Empty, IconButton } from "../widgets/basics";
