@@ -205,10 +205,10 @@ class Window:
         self.events.remove(found)
         return found
 
-    async def ask(self, call: wire.Call) -> wire.Answer | wire.Refusal:
+    async def ask(self, call: wire.Call) -> wire.Answer | wire.Refusal | wire.Fault:
         number = next(self._numbers)
         await self.connection.send(msgspec.json.encode((number, call)).decode())
-        return await self.event(wire.Answer | wire.Refusal, lambda event: event.id == number)
+        return await self.event(wire.Answer | wire.Refusal | wire.Fault, lambda event: event.id == number)
 
     async def call(self, call: wire.Call) -> Any:
         """The result of a call that must succeed."""

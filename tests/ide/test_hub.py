@@ -470,13 +470,15 @@ def test_other_commands_are_refused_while_a_program_is_downloaded(tmp_path):
     _go(tmp_path, scenario)
 
 
-def test_a_bug_in_the_server_reaches_the_page_and_the_log(tmp_path, caplog):
+def test_a_bug_in_the_server_is_no_refusal_and_reaches_the_page_and_the_log(tmp_path, caplog):
     async def run():
         async with running(tmp_path) as ide, ide.page() as page:
             workspace = ide.hub.folder._workspace
             ide.hub.folder._workspace = None
             try:
-                assert await page.refusal(wire.ReadFile("program.tmc")) == "bug"
+                answer = await page.ask(wire.ReadFile("program.tmc"))
+                assert isinstance(answer, wire.Fault)
+                assert answer.text.startswith("An error in the IDE itself (ReadFile): AttributeError(")
             finally:
                 ide.hub.folder._workspace = workspace
 

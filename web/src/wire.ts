@@ -1,6 +1,6 @@
 // Written by `python -m tmcm34x.ide.typescript` from src/tmcm34x/ide/wire.py: change that, not this.
 
-export const PROTOCOL = 4;
+export const PROTOCOL = 5;
 export const WATCH_BIT = 7;
 export const MOTOR_FLAGS = { left: 1, right: 2, home: 4, reached: 8, left_off: 16, right_off: 32, energised: 64, stalled: 128 } as const;
 export const TIME_FLAGS = { paused: 1, powered: 2, plugged: 4, past: 8 } as const;
@@ -1094,6 +1094,13 @@ export interface Refusal {
     text: string;
 }
 
+/** The server has a bug, which a call has met: no answer and no refusal; the traceback is in the server's log. id: of the call, 0 where it was met elsewhere */
+export interface Fault {
+    event: "fault";
+    id: number;
+    text: string;
+}
+
 /** First message to a page. */
 export interface Welcome {
     event: "welcome";
@@ -1249,4 +1256,4 @@ export interface ScanEnded {
     complete: boolean;
 }
 
-export type ServerEvent = Answer | Refusal | Welcome | FilesChanged | Loaded | Progress | Telegrams | Happened | History | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint | ScanProgress | ScanFound | ScanFailed | ScanEnded;
+export type ServerEvent = Answer | Refusal | Fault | Welcome | FilesChanged | Loaded | Progress | Telegrams | Happened | History | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint | ScanProgress | ScanFound | ScanFailed | ScanEnded;

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import logging
 from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Final
@@ -18,6 +17,7 @@ import msgspec
 from starlette.websockets import WebSocketState
 
 from tmcm34x.ide import wire
+from tmcm34x.ide.faults import fault
 from tmcm34x.ide.messages import Outbox, refuse, texts
 from tmcm34x.ide.state import Frames
 
@@ -31,8 +31,6 @@ MAX_CALLS: Final = 64
 MAX_TEXT: Final = 12 << 20
 """Characters of these calls together."""
 LOG_S: Final = 0.1
-
-_log = logging.getLogger(__name__)
 
 _numbers = count(1)
 _request = msgspec.json.Decoder(wire.Request)
@@ -131,8 +129,7 @@ class Page:
         except wire.RefusalError as error:
             self.send(wire.Refusal(number, error.code, str(error)))
         except Exception as error:
-            self.send(wire.Refusal(number, "bug", f"The IDE's server has a bug: {error!r}"))
-            _log.exception("in %s", type(call).__name__)
+            self.send(fault(error, type(call).__name__, number))
 
     async def _send_events(self) -> None:
         await self._events.run(partial(self._send, text=True))

@@ -1,7 +1,7 @@
 """What the IDE's server and its page say to each other: the one definition.
 
 Text messages on the web socket are JSON.  The page sends a `Request` (a number and a call); the server
-answers each with `Answer` or `Refusal`, and sends further events when something happens by itself.  Binary
+answers each with `Answer`, `Refusal` or `Fault`, and sends further events when something happens by itself.  Binary
 messages are state frames: a mask byte, then for each set bit, lowest first, one group of `GROUPS` packed as its
 rows say, little-endian.  A group is sent only when it differs from what that page was last sent.
 
@@ -17,7 +17,7 @@ import msgspec
 
 from tmcm34x.toolchain.diagnostics import printable
 
-PROTOCOL: Final = 4
+PROTOCOL: Final = 5
 """Raised when a page built earlier would no longer understand the server."""
 
 MESSAGE_LIMIT: Final = 4 << 20
@@ -1172,6 +1172,16 @@ class Refusal(Event, tag="refusal"):
     text: str
 
 
+class Fault(Event, tag="fault"):
+    """The server has a bug, which a call has met: no answer and no refusal; the traceback is in the server's log.
+
+    id: of the call, 0 where it was met elsewhere
+    """
+
+    id: int
+    text: str
+
+
 class Welcome(Event, tag="welcome"):
     """First message to a page."""
 
@@ -1350,7 +1360,7 @@ class Output(Event, tag="output"):
 
 
 AnyEvent = (
-    Answer | Refusal | Welcome | FilesChanged | Loaded | Progress
+    Answer | Refusal | Fault | Welcome | FilesChanged | Loaded | Progress
     | Telegrams | Happened | History | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint
     | ScanProgress | ScanFound | ScanFailed | ScanEnded
 )  # fmt: skip

@@ -14,6 +14,9 @@ export class RefusedError extends Error {
     }
 }
 
+/** A call that met a bug of the server; shown by whoever takes events. */
+export class FaultError extends Error {}
+
 interface Waiting {
     resolve: (result: never) => void;
     reject: (error: Error) => void;
@@ -47,7 +50,7 @@ export class Connection {
         socket.onclose = () => void this.closed();
     }
 
-    /** Ask the server for something; rejects with `RefusedError`. */
+    /** Ask the server for something; rejects with `RefusedError`, and with `FaultError` where the server has a bug. */
     call<C extends Call>(call: C): Promise<Results[C["call"]]> {
         const socket = this.socket;
         if (!socket || socket.readyState !== WebSocket.OPEN)
@@ -60,7 +63,10 @@ export class Connection {
     private take(event: ServerEvent): void {
         if (event.event === "answer") this.settle(event.id)?.resolve(event.result as never);
         else if (event.event === "refusal") this.settle(event.id)?.reject(new RefusedError(event.code, event.text));
-        else this.onEvent(event);
+        else {
+            if (event.event === "fault") this.settle(event.id)?.reject(new FaultError(event.text));
+            this.onEvent(event);
+        }
     }
 
     private settle(id: number): Waiting | undefined {
