@@ -227,7 +227,8 @@ def test_storing_tells_how_far_it_came(tmp_path):
         await page.call(wire.Keep("store", [*items, wire.Watched(-1, 1, 0), *items]))
         ended = await _ended(page, "store")
         assert not ended.complete
-        assert ended.text.startswith("3 of 7 values are stored in the EEPROM, the others are not: STAP 1, 0:")
+        assert ended.text.startswith("STAP 1, 0: status 3, ")
+        assert ended.text.endswith("; 3 of 7 values are stored in the EEPROM, the others are not.")
 
     _go(tmp_path, scenario)
 

@@ -56,6 +56,11 @@ def to_coordinate(motors: Iterable[int], coordinate: int) -> Instruction:
     return Instruction(NUMBERS["MVP"], MOVES["COORD"], mask, coordinate)
 
 
+def read_axis(key: str, motor: int) -> Instruction:
+    """Read an axis parameter."""
+    return Instruction(NUMBERS["GAP"], BY_KEY[key].number, motor)
+
+
 def set_axis(key: str, motor: int, value: int) -> Instruction:
     """Set an axis parameter."""
     return Instruction(NUMBERS["SAP"], BY_KEY[key].number, motor, value)

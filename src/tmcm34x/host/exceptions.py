@@ -141,11 +141,13 @@ def named(instruction: Instruction) -> str:
 
 
 @contextmanager
-def unfinished(what: Callable[[], str]) -> Generator[None]:
+def unfinished(
+    what: Callable[[], str], errors: tuple[type[HostError], ...] = (ReplyError, LinkError)
+) -> Generator[None]:
     """Have the error that ends an operation in the middle say what was done until then, and what was not."""
     try:
         yield
-    except (ReplyError, LinkError) as error:
+    except errors as error:
         text = str(error)
         error.args = (f"{text}{'' if text.endswith('?') else ';'} {what()}",)
         raise

@@ -1,11 +1,14 @@
 """Moving: operations on the motors of a module, as steps.
 
-Source: manual 6.7.1 to 6.7.4, 6.7.13, 6.7.34, 7.1 (3, 8).
+What waits for a motor looks at it again and again; where no time limit is given, until the operation is interrupted.
+
+Source: manual 5.4, 6.7.1 to 6.7.4, 6.7.13, 6.7.34, 7.1 (1, 3, 8).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from tmcm34x.host import commands
@@ -23,7 +26,6 @@ from tmcm34x.host.steps import (
     now,
     value,
 )
-from tmcm34x.tmcl.axis_parameters import BY_KEY
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -31,15 +33,8 @@ POLL_S: Final = 0.02
 """Between two looks at a motor that is moving."""
 STANDING: Final = 10
 """Looks in a row at which a motor stands still elsewhere than at its target, until it counts as stopped."""
-_GAP: Final = NUMBERS["GAP"]
-_REACHED, _POSITION, _SPEED, _TARGET = (
-    BY_KEY[key].number for key in ("position_reached", "actual_position", "actual_speed", "target_position")
-)
-
-
-def rotate(motor: int, speed: int) -> Steps[int]:
-    """Turn at a velocity setting, toward higher positions if positive (ROR)."""
-    return (yield from value(Instruction(NUMBERS["ROR"], 0, motor, speed)))
+_ATTEMPTS: Final = 3
+"""How often a command that may be executed twice is sent until it is answered."""
 
 
 def move(kind: str, motor: int, target: int) -> Steps[int]:
@@ -51,8 +46,8 @@ def wait_reached(motor: int, timeout_s: float) -> Steps[None]:
     """Wait until a motor is at its target.  Raises `NotReachedError`, the motor untouched."""
     standing, end = 0, (yield from now()) + timeout_s
     while True:
-        reached = yield from value(Instruction(_GAP, _REACHED, motor))
-        speed = yield from value(Instruction(_GAP, _SPEED, motor))
+        reached = yield from value(commands.read_axis("position_reached", motor))
+        speed = yield from value(commands.read_axis("actual_speed", motor))
         if reached and not speed:
             return
         standing = 0 if speed else standing + 1
@@ -64,8 +59,8 @@ def wait_reached(motor: int, timeout_s: float) -> Steps[None]:
 
 
 def _elsewhere(motor: int, what: str) -> Steps[NotReachedError]:
-    position = yield from value(Instruction(_GAP, _POSITION, motor))
-    target = yield from value(Instruction(_GAP, _TARGET, motor))
+    position = yield from value(commands.read_axis("actual_position", motor))
+    target = yield from value(commands.read_axis("target_position", motor))
     return NotReachedError(f"motor {motor} is at {position}, its target is {target}: {what}")
 
 
@@ -80,18 +75,53 @@ def search(motor: int, action: str) -> Steps[int]:
     return (yield from value(Instruction(NUMBERS["RFS"], SEARCHES[action], motor)))
 
 
-def home(motor: int, timeout_s: float) -> Steps[None]:
-    """A whole reference search; one that takes too long is given up.  Raises `NotReachedError`."""
-    yield from search(motor, "START")
+def find_reference(motor: int, timeout_s: float = math.inf) -> Steps[None]:
+    """A whole reference search; one that is interrupted goes on in the module.  Raises `NotReachedError`."""
     end = (yield from now()) + timeout_s
+    yield from send(commands.start_search(motor))
+    while (yield from send(commands.search_state(motor))):
+        if (yield from now()) > end:
+            raise NotReachedError(f"motor {motor} has not found its reference point in {timeout_s:g} s")
+        yield Pause(POLL_S)
+
+
+def home(motor: int, timeout_s: float) -> Steps[None]:
+    """`find_reference`; a search that takes too long or is interrupted is given up.  Raises `NotReachedError`."""
     try:
-        while (yield from search(motor, "STATUS")):
-            if (yield from now()) > end:
-                raise NotReachedError(f"motor {motor} has not found its reference point in {timeout_s:g} s")
-            yield Pause(POLL_S)
+        yield from find_reference(motor, timeout_s)
     except BaseException:
         yield from insist(commands.stop_search(motor))
         raise
+
+
+def zero(motor: int) -> Steps[None]:
+    """Stop a motor and set actual and target position to 0 where it rests.
+
+    The actual position is written first: while the motor is in velocity mode that moves nothing, and the target
+    position is then where the motor is.
+    """
+    yield from send(commands.stop(motor))
+    yield from until("actual_speed", motor, 0)
+    yield from send(commands.set_axis("actual_position", motor, 0))
+    yield from send(commands.set_axis("target_position", motor, 0))
+
+
+def go(motors: Sequence[int], coordinate: int) -> Steps[None]:
+    """Move motors to a stored coordinate, so that they arrive together; ends when all are there (MVP COORD)."""
+    yield from send(commands.to_coordinate(motors, coordinate))
+    for motor in motors:
+        yield from until("position_reached", motor, 1)
+
+
+def until(key: str, motor: int, wanted: int) -> Steps[None]:
+    """Look at an axis parameter until it has the value `wanted`."""
+    while (yield from send(commands.read_axis(key, motor))) != wanted:
+        yield Pause(POLL_S)
+
+
+def send(instruction: Instruction) -> Steps[int]:
+    """A command that may be executed twice: sent again where a bad line loses it.  Returns the value of the reply."""
+    return (yield from insist(instruction, _ATTEMPTS))
 
 
 def stop(motor: int) -> Steps[None]:

@@ -14,7 +14,8 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final, NamedTuple, cast
 
-from tmcm34x.host.exceptions import FileError, RefusedError, unfinished
+from tmcm34x.host import commands
+from tmcm34x.host.exceptions import FileError, HostError, RefusedError, unfinished
 from tmcm34x.host.items import COMMUNICATION, GUARDED, MODELS, Item, settings_items
 from tmcm34x.host.reading import Reading, Silent, Value
 from tmcm34x.host.steps import VERSION, Steps, ask, ask_again, check, insist, reading, settle
@@ -30,6 +31,10 @@ Progress = Callable[[int, int], None]
 
 PATIENCE: Final = 3
 """Values in a row without a reply until the module counts as lost."""
+_ATTEMPTS: Final = 3
+"""How often a command of `keep` is sent until it is answered."""
+KEPT: Final = {"store": "stored in the EEPROM", "restore": "restored from the EEPROM"}
+"""What has become of a value after either action of `keep`."""
 _NOT_ASKED: Final = Silent("not asked, because the module had stopped replying")
 
 
@@ -93,9 +98,24 @@ def store(items: Iterable[Item], progress: Progress = _silent) -> Steps[list[Fai
 
     Raises `ReplyError` or `LinkError`, which say how many values are stored.
     """
-    commands = {item.store: item for item in items if item.store is not None}
-    steps = {item: insist(command) for command, item in commands.items()}
+    chosen = {item.store: item for item in items if item.store is not None}
+    steps = {item: insist(command) for command, item in chosen.items()}
     return (yield from _each(steps, "stored", progress))
+
+
+def keep(
+    action: commands.Keeping, parameters: Sequence[tuple[int, int, int]], progress: Progress = _silent
+) -> Steps[None]:
+    """Store parameters in the EEPROM, or bring them back from there, in their order, until one is refused.
+
+    parameters: bank, number and motor of each, as for `commands.keep`
+    Raises `HostError`, which says how many are done.
+    """
+    done, total = 0, len(parameters)
+    with unfinished(lambda: f"{done} of {total} values are {KEPT[action]}, the others are not", (HostError,)):
+        for done, (bank, number, motor) in enumerate(parameters):
+            progress(done, total)
+            yield from insist(commands.keep(action, bank, number, motor), _ATTEMPTS)
 
 
 def _each(items: Mapping[Item, Steps[object]], what: str, progress: Progress) -> Steps[list[Failure]]:

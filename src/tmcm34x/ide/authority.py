@@ -19,11 +19,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.host import commands as host_commands
 from tmcm34x.host.effects import ALL_MOTORS, commands, consequence, moves
-from tmcm34x.host.polling import AXIS_BANK
-from tmcm34x.host.steps import NUMBERS, QUIT_DOWNLOAD, RUN, STEP, STOP
+from tmcm34x.host.exceptions import HostError
+from tmcm34x.host.steps import NUMBERS, QUIT_DOWNLOAD, RUN, STEP, STOP, Steps
 from tmcm34x.ide import wire
+from tmcm34x.ide.driving import attend
+from tmcm34x.ide.faults import fault
+from tmcm34x.ide.found import Found
 from tmcm34x.ide.motions import JOG_PATIENCE_S, Motion
-from tmcm34x.ide.sequences import Trouble
 from tmcm34x.ide.stopping import RETRY_S, Stopping
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import Instruction
@@ -67,9 +69,7 @@ class Authority:
         self._started: set[int] = set()
         """Motors that were set in motion through this server and have not confirmed rest since."""
         self._program_started = False
-        self._found = ""
-        self._line = -1
-        """The line on which the motors were looked at."""
+        self._found = Found(target, lambda: self._started, self._changed)
         self.quiet = False
         """Nothing may be sent: the module would store it."""
 
@@ -90,7 +90,7 @@ class Authority:
                 wire.MotionShape(motion.number, motion.kind, sorted(motion.motors), motion.owner.number)
                 for motion in self._motions.values()
             ],
-            found=self._found,
+            found=self._found.text,
         )
 
     def _changed(self) -> None:
@@ -212,19 +212,18 @@ class Authority:
             raise wire.RefusalError("module", f"{exchange.text}: {exchange.meaning}.")
 
     def begin(
-        self, kind: wire.MotionKind, owner: Page, motors: Iterable[int], work: Coroutine[Any, Any, str]
+        self, kind: wire.MotionKind, owner: Page, motors: Iterable[int], steps: Steps[None], end: str
     ) -> int:
-        """Do `work` for a window; the number by which it can be aborted.  Raises `wire.RefusalError`."""
+        """Drive an operation for a window; the number by which it can be aborted.  Raises `wire.RefusalError`.
+
+        end: said of it when it is complete
+        """
         chosen = frozenset(motors)
-        try:
-            if chosen:
-                self.permit_motion(chosen)
-            self._take(chosen)
-        except wire.RefusalError:
-            work.close()
-            raise
+        if chosen:
+            self.permit_motion(chosen)
+        self._take(chosen)
         motion = self._add(kind, owner, chosen)
-        motion.task = asyncio.ensure_future(self._run(motion, work))
+        motion.task = asyncio.ensure_future(self._run(motion, steps, end))
         return motion.number
 
     def _add(self, kind: wire.MotionKind, owner: Page, motors: Iterable[int], velocity: int = 0) -> Motion:
@@ -234,11 +233,15 @@ class Authority:
         self._changed()
         return motion
 
-    async def _run(self, motion: Motion, work: Coroutine[Any, Any, str]) -> None:
+    async def _run(self, motion: Motion, steps: Steps[None], end: str) -> None:
         try:
-            text, ended = await work, True
-        except Trouble as trouble:
-            text, ended = f"{trouble}.", False
+            await attend(self._target, steps)
+            text, ended = end, True
+        except (HostError, wire.RefusalError) as error:
+            text, ended = f"{str(error).rstrip('.')}.", False
+        except Exception as error:
+            self._tell(fault(error, motion.kind))
+            text, ended = "It ended by an error in the IDE itself.", False
         self._remove(motion, cancel=False)
         if not ended or motion.kind in _AT_REST:
             self._stopping.begin(motion.motors, searching=motion.kind == "search")
@@ -304,7 +307,8 @@ class Authority:
             self._program_doubt = exchange.meaning
             self._changed()
             await asyncio.sleep(RETRY_S)
-        self._program_doubt, self._program_started, self._found = "", False, ""
+        self._program_doubt, self._program_started = "", False
+        self._found.clear()
         self._changed()
         await self._stopped()
 
@@ -331,39 +335,20 @@ class Authority:
                 continue
             if not self._target.link.up:
                 self._lose()
-            elif self._line != self._target.line:
-                await self._look()
+            else:
+                await self._found.look(lambda: self.quiet)
 
     def _lose(self) -> None:
         """The line is lost."""
-        self._line = -1
+        self._found.lose()
         if self.armed or self._motions:
             self.armed = False
             self.end(tuple(self._motions.values()), "The line is lost.")
             self._changed()
 
-    async def _look(self) -> None:
-        """Read the speeds of motors that this server has not started."""
-        self._line = self._target.line
-        items = [wire.Watched(AXIS_BANK, host_commands.SPEED, motor) for motor in range(MOTORS)]
-        speeds = await self._target.read(items)
-        if self.quiet:
-            self._line = -1
-            return
-        turning = [
-            f"motor {n} (speed {speed})" for n, speed in enumerate(speeds) if speed and n not in self._started
-        ]
-        unknown = [f"motor {n}" for n, speed in enumerate(speeds) if speed is None]
-        found = f"Not started by this IDE, but turning: {', '.join(turning)}." if turning else ""
-        if unknown:
-            found = f"{found} The speed is unknown of {', '.join(unknown)}: they may turn.".strip()
-        if found != self._found:
-            self._found = found
-            self._changed()
-
     def dismiss(self) -> None:
         """A person has read what was found."""
-        self._found = ""
+        self._found.clear()
         self._changed()
 
     def forget(self) -> None:

@@ -19,7 +19,6 @@ from tmcm34x.ide import (
     command_calls,
     folder,
     past_calls,
-    sequences,
     study,
     switching,
     wire,
@@ -109,7 +108,6 @@ class Hub:
         self._seats += 1
         self.target = target
         self.authority = Authority(target, self.tell, self._program_stopped)
-        self._executor = sequences.Executor(target, self.tell)
         self.loading = Loading(target, self.tell, self._hush)
         self.assembly: Assembly | None = None
         """What the module's program was assembled from, as far as that is known."""
@@ -269,7 +267,7 @@ class Hub:
         if begin is None:
             return await self._methods[type(call)](page, call)
         self.expect_idle()
-        return await begin(self.authority, self._executor, page, call)
+        return await begin(self.authority, self.tell, page, call)
 
     def expect_idle(self) -> None:
         """Refuse what a module would store as part of the program that is being downloaded."""

@@ -7,8 +7,12 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from tmcm34x.host import commands, motion
+from tmcm34x.host.load_profile import Load, measure
 from tmcm34x.host.polling import AXIS_BANK
-from tmcm34x.ide import sequences, wire
+from tmcm34x.host.settings import KEPT, keep
+from tmcm34x.host.steps import Pause, Steps
+from tmcm34x.ide import wire
 from tmcm34x.tmcl.axis_parameters import BY_NUMBER as AXIS_BY_NUMBER
 from tmcm34x.tmcl.commands import COORDINATES, MOTORS
 from tmcm34x.tmcl.global_parameters import BY_NUMBER as GLOBAL_BY_NUMBER
@@ -16,7 +20,7 @@ from tmcm34x.tmcl.global_parameters import BY_NUMBER as GLOBAL_BY_NUMBER
 if TYPE_CHECKING:
     from tmcm34x.ide.authority import Authority
     from tmcm34x.ide.page import Page
-    from tmcm34x.ide.sequences import Executor
+    from tmcm34x.ide.target import Tell
 
 TOP_SPEED: Final = 2047
 JOG_PATIENCE_S: Final = 1.0
@@ -55,39 +59,54 @@ def _expect(motors: Sequence[int], *velocities: int) -> None:
         raise wire.RefusalError("range", f"Motors are 0..{MOTORS - 1}, velocities 0..{TOP_SPEED}.")
 
 
-async def _jog(authority: Authority, executor: Executor, page: Page, call: wire.Jog) -> None:
+async def _jog(authority: Authority, tell: Tell, page: Page, call: wire.Jog) -> None:
     _expect([call.motor], call.velocity)
     await authority.jog(page, call.motor, call.velocity)
 
 
-async def _zero(authority: Authority, executor: Executor, page: Page, call: wire.Zero) -> int:
+async def _zero(authority: Authority, tell: Tell, page: Page, call: wire.Zero) -> int:
     _expect([call.motor])
-    return authority.begin("zero", page, {call.motor}, sequences.zero(executor, call.motor))
+    end = f"Motor {call.motor} is at rest; its position is 0 now."
+    return authority.begin("zero", page, {call.motor}, motion.zero(call.motor), end)
 
 
-async def _search(authority: Authority, executor: Executor, page: Page, call: wire.Search) -> int:
+async def _search(authority: Authority, tell: Tell, page: Page, call: wire.Search) -> int:
     _expect([call.motor])
-    return authority.begin("search", page, {call.motor}, sequences.search(executor, call.motor))
+    end = f"The reference search of motor {call.motor} has ended."
+    return authority.begin("search", page, {call.motor}, motion.find_reference(call.motor), end)
 
 
-async def _go(authority: Authority, executor: Executor, page: Page, call: wire.Go) -> int:
+async def _go(authority: Authority, tell: Tell, page: Page, call: wire.Go) -> int:
     _expect(call.motors)
     if not call.motors or not 0 <= call.coordinate < COORDINATES:
         raise wire.RefusalError("range", f"Coordinates are 0..{COORDINATES - 1}, for one motor or more.")
-    return authority.begin("go", page, call.motors, sequences.go(executor, call.motors, call.coordinate))
+    steps = motion.go(call.motors, call.coordinate)
+    return authority.begin("go", page, call.motors, steps, f"At coordinate {call.coordinate}.")
 
 
-async def _turn(authority: Authority, executor: Executor, page: Page, call: wire.Turn) -> int:
+async def _turn(authority: Authority, tell: Tell, page: Page, call: wire.Turn) -> int:
     _expect([call.motor], call.velocity)
-    return authority.begin("turn", page, {call.motor}, sequences.turn(executor, call.motor, call.velocity))
+    return authority.begin("turn", page, {call.motor}, _turning(call.motor, call.velocity), "")
 
 
-async def _profile(authority: Authority, executor: Executor, page: Page, call: wire.Profile) -> int:
+def _turning(motor: int, velocity: int) -> Steps[None]:
+    """Turn a motor, and go on until the next command for it."""
+    yield from motion.send(commands.rotate(motor, velocity))
+    while True:
+        yield Pause(PATIENCE_S)
+
+
+async def _profile(authority: Authority, tell: Tell, page: Page, call: wire.Profile) -> int:
     _expect([call.motor], call.low, call.high)
     if not 0 <= call.low <= call.high or call.step < 1:
         raise wire.RefusalError("range", "A profile goes up, from the lower to the higher velocity.")
-    velocities = range(call.low, call.high + 1, call.step)
-    return authority.begin("profile", page, {call.motor}, sequences.profile(executor, call.motor, velocities))
+
+    def measured(load: Load) -> None:
+        tell(wire.ProfilePoint(call.motor, load.velocity, load.mean, load.deviation))
+
+    steps = measure(call.motor, range(call.low, call.high + 1, call.step), measured)
+    end = f"The load profile of motor {call.motor} is complete."
+    return authority.begin("profile", page, {call.motor}, steps, end)
 
 
 def _summary(items: Sequence[wire.Watched]) -> str:
@@ -104,10 +123,18 @@ def _name(item: wire.Watched) -> str:
     return f"{name} of motor {item.motor}" if axis else name
 
 
-async def _keep(authority: Authority, executor: Executor, page: Page, call: wire.Keep) -> int:
+async def _keep(authority: Authority, tell: Tell, page: Page, call: wire.Keep) -> int:
     if call.action == "store" and authority.real and not call.sure:
         raise wire.RefusalError("confirm", _summary(call.items))
-    return authority.begin(call.action, page, (), sequences.keep(executor, call.action, call.items))
+    title = "Storing" if call.action == "store" else "Restoring"
+    steps = keep(
+        call.action,
+        [(item.bank, item.number, item.motor) for item in call.items],
+        lambda done, total: tell(wire.Progress(title, done, total)),
+    )
+    count = len(call.items)
+    end = f"{count} value{'s are' if count != 1 else ' is'} {KEPT[call.action]}."
+    return authority.begin(call.action, page, (), steps, end)
 
 
 BEGIN: Final[Mapping[type[wire.Call], Callable[..., Awaitable[object]]]] = {
