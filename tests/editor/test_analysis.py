@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tmcm34x.editor.analysis import actions, appearance, completions, hovers, names, values
 from tmcm34x.editor.analysis.appearance import TOKEN_TYPES
 from tmcm34x.editor.analysis.completions import cursor_at
-from tmcm34x.editor.analysis.program import Analysis, Place
+from tmcm34x.editor.analysis.program import Analysis, TextPosition
 from tmcm34x.editor.workspace import Workspace
 from tmcm34x.tmcl.commands import COMMANDS
 from tmcm34x.toolchain.assembler import assemble, no_includes
@@ -47,7 +47,9 @@ def analysis(text=PROGRAM, include=None, model=343):
 def at(text, mark="|"):
     """The text without its mark, and the place where it was."""
     before = text[: text.index(mark)]
-    return text.replace(mark, "", 1), Place("x.tmc", before.count("\n"), len(before) - before.rfind("\n") - 1)
+    return text.replace(mark, "", 1), TextPosition(
+        "x.tmc", before.count("\n"), len(before) - before.rfind("\n") - 1
+    )
 
 
 def hover(marked, **options):
@@ -197,22 +199,22 @@ def test_the_signature_shows_the_operand_at_the_cursor():
 
 def test_names_lead_to_their_definition_and_references():
     program = analysis()
-    use = Place("x.tmc", 9, 16)
+    use = TextPosition("x.tmc", 9, 16)
     assert names.definition(program, use)[1:] == (6, 1, 6)
     assert [r.line for r in names.references(program, use)] == [6, 10, 12]
     assert [r.line for r in names.references(program, use, definition=False)] == [10, 12]
-    assert names.definition(program, Place("x.tmc", 0, 5)) is None
-    assert names.references(program, Place("x.tmc", 0, 5)) == []
+    assert names.definition(program, TextPosition("x.tmc", 0, 5)) is None
+    assert names.references(program, TextPosition("x.tmc", 0, 5)) == []
 
 
 def test_a_label_called_like_a_command_is_no_command():
     program = analysis("Stop: STOP\nJA Stop")
-    assert len(names.references(program, Place("x.tmc", 0, 2))) == 2
-    assert names.references(program, Place("x.tmc", 0, 8)) == []
+    assert len(names.references(program, TextPosition("x.tmc", 0, 2))) == 2
+    assert names.references(program, TextPosition("x.tmc", 0, 8)) == []
 
 
 def test_renaming_changes_every_use_and_nothing_else():
-    edits = names.rename(analysis(), Place("x.tmc", 2, 2), "Top")
+    edits = names.rename(analysis(), TextPosition("x.tmc", 2, 2), "Top")
     assert [(e.location.line, e.location.column, e.text) for e in edits] == [
         (3, 1, "Top"),
         (6, 19, "Top"),
@@ -220,10 +222,10 @@ def test_renaming_changes_every_use_and_nothing_else():
     ]
     for name in ("1st", "", "a b", "Start", "Größe"):
         with pytest.raises(ValueError, match=r"."):
-            names.rename(analysis(), Place("x.tmc", 2, 2), name)
+            names.rename(analysis(), TextPosition("x.tmc", 2, 2), name)
     with pytest.raises(ValueError, match="no label or constant"):
-        names.rename(analysis(), Place("x.tmc", 0, 3), "Top")
-    assert names.rename(analysis(), Place("x.tmc", 2, 2), "SPEED")
+        names.rename(analysis(), TextPosition("x.tmc", 0, 3), "Top")
+    assert names.rename(analysis(), TextPosition("x.tmc", 2, 2), "SPEED")
 
 
 def test_the_outline_tells_labels_from_subroutines_and_where_they_end():
@@ -331,7 +333,9 @@ def test_every_question_has_an_answer_everywhere(text, data):
     program = analysis(text)
     lines = program.assembly.sources["x.tmc"]
     line = data.draw(st.integers(0, len(lines)))
-    place = Place("x.tmc", line, data.draw(st.integers(0, len(lines[line]) + 1 if line < len(lines) else 3)))
+    place = TextPosition(
+        "x.tmc", line, data.draw(st.integers(0, len(lines[line]) + 1 if line < len(lines) else 3))
+    )
     hovers.hover(program, place)
     completions.completions(program, place)
     completions.signature(program, place)
@@ -358,7 +362,7 @@ def test_names_of_the_tool_chains_own_file_have_no_place_and_cannot_be_renamed()
     program = analysis(
         "#include TMCLParam.tmc\nSAP APMaxCurrent, 0, 5\nGAP APMaxCurrent, 0", include=no_includes
     )
-    place = Place("x.tmc", 1, 6)
+    place = TextPosition("x.tmc", 1, 6)
     assert names.definition(program, place) is None
     assert [location.line for location in names.references(program, place)] == [2, 3]
     with pytest.raises(ValueError, match=r"APMaxCurrent is a name of TMCLParam\.tmc"):
@@ -497,8 +501,8 @@ def test_names_of_files_match_without_regard_to_case():
 
 def test_the_file_of_the_tool_chain_has_no_place_to_go_to():
     program = analysis("#include TMCLParam.tmc\nSAP APMaxCurrent, 0, 5\nSTOP", include=no_includes)
-    assert names.definition(program, Place("x.tmc", 0, 12)) is None
-    assert "absolute max. current" in hovers.hover(program, Place("x.tmc", 1, 6)).text
+    assert names.definition(program, TextPosition("x.tmc", 0, 12)) is None
+    assert "absolute max. current" in hovers.hover(program, TextPosition("x.tmc", 1, 6)).text
 
 
 def test_rules_are_switched_for_all_programs():

@@ -205,15 +205,15 @@ class Window:
         self.events.remove(found)
         return found
 
-    async def ask(self, call: wire.Call) -> wire.Answer | wire.Refusal | wire.Fault:
+    async def ask(self, call: wire.Call) -> wire.CallResult | wire.Refusal | wire.Fault:
         number = next(self._numbers)
         await self.connection.send(msgspec.json.encode((number, call)).decode())
-        return await self.event(wire.Answer | wire.Refusal | wire.Fault, lambda event: event.id == number)
+        return await self.event(wire.CallResult | wire.Refusal | wire.Fault, lambda event: event.id == number)
 
     async def call(self, call: wire.Call) -> Any:
         """The result of a call that must succeed."""
         answer = await self.ask(call)
-        assert isinstance(answer, wire.Answer), answer
+        assert isinstance(answer, wire.CallResult), answer
         return answer.result
 
     async def refusal(self, call: wire.Call) -> str:

@@ -130,7 +130,7 @@ def test_a_flood_of_calls_is_answered_or_refused_but_never_kept(tmp_path):
         async with running(tmp_path) as ide, ide.page() as page:
             ide.virtual.plugged = True
             answers = await asyncio.gather(*(page.ask(wire.Ping()) for _ in range(500)))
-            assert {type(answer) for answer in answers} <= {wire.Answer, wire.Refusal}
+            assert {type(answer) for answer in answers} <= {wire.CallResult, wire.Refusal}
             assert all(answer.code == "busy" for answer in answers if isinstance(answer, wire.Refusal))
             assert await page.call(wire.Ping()) is None
 

@@ -292,7 +292,8 @@ def test_any_call_with_any_values_is_answered_or_refused_in_one_line(tmp_path):
                 asked = {"call": call.__struct_config__.tag, **fields(call, draw)}
                 await page.connection.send(json.dumps([number, asked]))
                 answer = await page.event(
-                    wire.Answer | wire.Refusal | wire.Fault, lambda event, number=number: event.id == number
+                    wire.CallResult | wire.Refusal | wire.Fault,
+                    lambda event, number=number: event.id == number,
                 )
                 assert not isinstance(answer, wire.Fault), (answer.text, str(asked)[:300])
                 if isinstance(answer, wire.Refusal):

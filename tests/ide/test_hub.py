@@ -464,7 +464,7 @@ def test_other_commands_are_refused_while_a_program_is_downloaded(tmp_path):
             await other.event(wire.Progress)
             assert await other.refusal(wire.ExecuteText("ROR 0, 1")) == "busy"
             assert await other.refusal(wire.ControlProgram("run")) == "busy"
-            assert isinstance(await download, wire.Answer)
+            assert isinstance(await download, wire.CallResult)
             assert ide.virtual.module.eeprom.read_instruction(2000).number == 28
 
     _go(tmp_path, scenario)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tmcm34x.editor.analysis import actions, appearance, completions, hovers, names, values
-from tmcm34x.editor.analysis.program import Analysis, Place
+from tmcm34x.editor.analysis.program import Analysis, TextPosition
 from tmcm34x.toolchain.assembler import assemble
 from tmcm34x.toolchain.disassembler import disassemble
 from tmcm34x.toolchain.formatter import format_source
@@ -151,7 +151,7 @@ def test_an_editor_may_ask_anything_anywhere(text, chance: random.Random):
     actions.format_edits(program, "main.tmc")
     for _ in range(5):
         line = chance.randrange(len(lines))
-        place = Place("main.tmc", line, chance.randrange(len(lines[line]) + 1))
+        place = TextPosition("main.tmc", line, chance.randrange(len(lines[line]) + 1))
         hovers.hover(program, place)
         completions.completions(program, place)
         completions.signature(program, place)

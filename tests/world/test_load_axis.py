@@ -7,7 +7,7 @@ import pytest
 from tmcm34x.world.load import Carriage, Turntable
 from tmcm34x.world.load_axis import YIELD, Field, Grip, LoadAxis, whole_turn
 from tmcm34x.world.motor import CYCLE, Motor
-from tmcm34x.world.switch import FAR, Line, Switch
+from tmcm34x.world.switch import FAR, Switch, SwitchInput
 
 MOTOR = Motor()
 ENDLESS = Carriage(mass_kg=0.0, friction_n=0.0)
@@ -159,7 +159,7 @@ def test_a_load_without_ends_or_a_table_does_not_fall():
 
 
 def test_switches_close_at_their_place_and_bound_the_room():
-    limited = axis(left=Line([Switch(-FAR, -100)]), right=Line([Switch(200, FAR)]))
+    limited = axis(left=SwitchInput([Switch(-FAR, -100)]), right=SwitchInput([Switch(200, FAR)]))
     assert limited.room() == (-99, 199)
     go(limited, -100, -10.0)
     assert limited.left.active(0)
@@ -170,7 +170,7 @@ def test_switches_close_at_their_place_and_bound_the_room():
 
 
 def test_room_counts_in_field_angles():
-    limited = axis(right=Line([Switch(200, FAR)]))
+    limited = axis(right=SwitchInput([Switch(200, FAR)]))
     limited.push_to(-CYCLE * limited.units / limited.units / limited.units)
     assert limited.rotor == -CYCLE
     assert limited.room()[1] == 199 + CYCLE

@@ -5,13 +5,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tmcm34x.clock import NEVER
-from tmcm34x.world.switch import CLEAN, FAR, Contact, Line, Switch, noise
+from tmcm34x.world.switch import CLEAN, FAR, Contact, Switch, SwitchInput, noise
 
 BOUNCY = Contact(bounce=16000)
 
 
 def line_at(rotor, *switches, contact=CLEAN, seed=0):
-    line = Line(switches, contact, seed)
+    line = SwitchInput(switches, contact, seed)
     line.settle(rotor)
     return line
 
@@ -80,7 +80,7 @@ def test_switches_in_series_open_the_line_together():
 
 
 def test_a_line_without_switches_is_never_active_but_a_broken_cable_is():
-    line = Line()
+    line = SwitchInput()
     assert not line.active(0)
     line.unplugged = True
     assert line.active(0)

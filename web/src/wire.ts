@@ -317,7 +317,7 @@ export interface FileText {
 }
 
 /** A place in a source file, from 1. */
-export interface Place {
+export interface SourceRange {
     path: string;
     line: number;
     column: number;
@@ -347,7 +347,7 @@ export interface Reasons {
 
 /** A diagnostic. */
 export interface Problem {
-    place: Place;
+    place: SourceRange;
     severity: "error" | "hint" | "information" | "warning";
     code: string;
     text: string;
@@ -1080,7 +1080,7 @@ export interface Results {
 }
 
 /** A call has been done. */
-export interface Answer {
+export interface CallResult {
     event: "answer";
     id: number;
     result: unknown;
@@ -1256,4 +1256,4 @@ export interface ScanEnded {
     complete: boolean;
 }
 
-export type ServerEvent = Answer | Refusal | Fault | Welcome | FilesChanged | Loaded | Progress | Telegrams | Happened | History | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint | ScanProgress | ScanFound | ScanFailed | ScanEnded;
+export type ServerEvent = CallResult | Refusal | Fault | Welcome | FilesChanged | Loaded | Progress | Telegrams | Happened | History | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint | ScanProgress | ScanFound | ScanFailed | ScanEnded;

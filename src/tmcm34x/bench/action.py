@@ -44,7 +44,7 @@ class Operand(NamedTuple):
     accept: Accept
 
 
-class Row(NamedTuple):
+class ActionRow(NamedTuple):
     """An action: its operands in order, what it does, and the method of the world that does it."""
 
     meaning: str
@@ -93,14 +93,14 @@ def _attach(world: World, select: int, device: str, value: int) -> None:
     world.module.board.attach_spi(select, _DEVICES[device](value))
 
 
-ACTIONS: Final[Mapping[str, Row]] = {
-    "switch": Row(
+ACTIONS: Final[Mapping[str, ActionRow]] = {
+    "switch": ActionRow(
         "hold a switch line active or inactive, or give it back to its switches",
         (_MOTOR, _SIDE, Operand("active", "true, false or null", _held)),
         World.set_switch,
     ),
-    "unplug": Row("break the cable of a switch line, or mend it", (_MOTOR, _SIDE, _ON), World.unplug),
-    "level": Row(
+    "unplug": ActionRow("break the cable of a switch line, or mend it", (_MOTOR, _SIDE, _ON), World.unplug),
+    "level": ActionRow(
         "hold an input at a level, or give it back to its source",
         (
             Operand("input", f"input 0..7, or {SHUTDOWN} for SHUTDOWN", _whole(0, SHUTDOWN)),
@@ -108,22 +108,22 @@ ACTIONS: Final[Mapping[str, Row]] = {
         ),
         World.set_level,
     ),
-    "fault": Row(
+    "fault": ActionRow(
         "raise or end a fault of a driver",
         (_MOTOR, Operand("fault", f"one of {', '.join(FAULTS)}", _one_of(*FAULTS)), _ON),
         World.set_fault,
     ),
-    "push": Row(
+    "push": ActionRow(
         "load a shaft with a torque; a positive torque pushes toward lower positions",
         (_MOTOR, Operand("torque_nm", "torque in newton metres", _number)),
         World.push,
     ),
-    "move": Row(
+    "move": ActionRow(
         "take a load to a position by force",
         (_MOTOR, Operand("position", "position in millimetres or degrees", _number)),
         World.move,
     ),
-    "spi": Row(
+    "spi": ActionRow(
         "put a device on a select line of the SPI bus, instead of what is there",
         (
             Operand("select", f"select line 0..{SELECTS - 1}", _whole(0, SELECTS - 1)),
@@ -136,7 +136,7 @@ ACTIONS: Final[Mapping[str, Row]] = {
         ),
         _attach,
     ),
-    "power": Row("switch the supply of the module", (_ON,), World.set_power),
+    "power": ActionRow("switch the supply of the module", (_ON,), World.set_power),
 }
 """Every action by name; the operands of a row are those of the world's method."""
 

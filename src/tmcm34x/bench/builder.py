@@ -26,7 +26,7 @@ from tmcm34x.world import device, signal
 from tmcm34x.world.load import Carriage, Load, Turntable, Zones
 from tmcm34x.world.load_axis import LoadAxis, whole_turn
 from tmcm34x.world.motor import FINENESS, Motor
-from tmcm34x.world.switch import FAR, Contact, Line, Switch, noise
+from tmcm34x.world.switch import FAR, Contact, Switch, SwitchInput, noise
 
 if TYPE_CHECKING:
     from tmcm34x.bench.session.watch import Expectation
@@ -169,8 +169,8 @@ def _check_drawing(path: str, module: d.ModuleDescription) -> None:
             raise BenchError(f"{path}.plane: motor {motor} drives no carriage")
 
 
-def _line(switches: Sequence[Switch | None], contact: Contact, seed: int) -> Line:
-    return Line([switch for switch in switches if switch is not None], contact, seed)
+def _line(switches: Sequence[Switch | None], contact: Contact, seed: int) -> SwitchInput:
+    return SwitchInput([switch for switch in switches if switch is not None], contact, seed)
 
 
 def _load(path: str, load: d.Carriage | d.Turntable) -> Load:

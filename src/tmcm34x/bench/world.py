@@ -17,7 +17,7 @@ from tmcm34x.clock import NEVER, Value
 from tmcm34x.world import device
 from tmcm34x.world.shaft import Encoder
 from tmcm34x.world.signal import THRESHOLD, Constant, Source, Wire
-from tmcm34x.world.switch import Line
+from tmcm34x.world.switch import SwitchInput
 
 if TYPE_CHECKING:
     from tmcm34x.board.board import Side
@@ -263,7 +263,7 @@ class World:
             self.encoder_chip.reset()
         self.dirty = True
 
-    def _line(self, motor: int, side: Side) -> Line:
+    def _line(self, motor: int, side: Side) -> SwitchInput:
         axis = self.mounts[motor].axis
         return axis.left if side == "left" else axis.right
 

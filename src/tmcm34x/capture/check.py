@@ -73,7 +73,7 @@ def _told(record: Record | None) -> str:
 
 
 @dataclass
-class Line:
+class RecordedLine:
     """One line of a recording: its requests with what followed each, recorded and ours."""
 
     requests: list[Record | None] = field(default_factory=lambda: list[Record | None]([None]))
@@ -105,7 +105,7 @@ class _Player:
         self._records = records
         self._rig = rig
         self._origin_ns = origin_ns(records)
-        self.lines: dict[str, Line] = {}
+        self.lines: dict[str, RecordedLine] = {}
 
     def play(self) -> None:
         """Send all requests at their times."""
@@ -119,14 +119,14 @@ class _Player:
                 line.recorded[-1].append(record._replace(time_ns=record.time_ns - self._origin_ns))
         run_until(self._rig, self._rig.now + TAIL)
 
-    def _line(self, record: Record) -> Line:
+    def _line(self, record: Record) -> RecordedLine:
         line = self.lines.get(record.line)
         if line is None:
-            line = self.lines[record.line] = Line()
+            line = self.lines[record.line] = RecordedLine()
             line.send = self._can(line) if record.kind == "frame" else self._serial(line)
         return line
 
-    def _serial(self, line: Line) -> Callable[[Record], None]:
+    def _serial(self, line: RecordedLine) -> Callable[[Record], None]:
         def take(data: bytes) -> None:
             line.ours[-1].append(Record(self._now_ns(), "ours", "<", kind_of(data), data))
 
@@ -138,7 +138,7 @@ class _Player:
 
         return send
 
-    def _can(self, line: Line) -> Callable[[Record], None]:
+    def _can(self, line: RecordedLine) -> Callable[[Record], None]:
         def take(identifier: int, data: bytes) -> None:
             line.ours[-1].append(Record(self._now_ns(), "ours", "<", "frame", bytes(data), identifier))
 
@@ -154,7 +154,7 @@ class _Player:
         return round(self._rig.now * NS / HZ)
 
 
-def _compare(line: Line) -> Iterator[Difference]:
+def _compare(line: RecordedLine) -> Iterator[Difference]:
     """The differences of one line."""
     for request, recorded, ours in zip(line.requests, line.recorded, line.ours, strict=True):
         pairs = zip_longest(_first(recorded), _first(ours))

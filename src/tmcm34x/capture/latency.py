@@ -8,23 +8,23 @@ from typing import NamedTuple
 from tmcm34x.capture.record import Record
 
 
-class Row(NamedTuple):
+class TimedRecord(NamedTuple):
     """A record, and for a reply the nanoseconds since the last request of its line."""
 
     record: Record
     latency_ns: int | None
 
 
-def rows(records: Iterable[Record]) -> Iterator[Row]:
+def rows(records: Iterable[Record]) -> Iterator[TimedRecord]:
     """All records with the latencies of replies."""
     asked: dict[str, int] = {}
     for record in records:
         if record.direction == ">":
             asked[record.line] = record.time_ns
-            yield Row(record, None)
+            yield TimedRecord(record, None)
         else:
             since = asked.get(record.line)
-            yield Row(record, None if since is None else record.time_ns - since)
+            yield TimedRecord(record, None if since is None else record.time_ns - since)
 
 
 def count(number: int, what: str, several: str = "") -> str:

@@ -138,7 +138,7 @@ def _records(case: Case) -> Iterator[Record]:
             case actions.SendBytes(data) | actions.Bytes(data):
                 number = _number(data, number) if action.asks else number
                 yield _record(time_ns, direction, data)
-            case actions.Answer(status, low, _, command):
+            case actions.ExpectedReply(status, low, _, command):
                 reply = Reply(host & 0xFF, address, status, command or number, low or 0)
                 data = pack_can_reply(reply) if can else pack_reply(reply)
                 yield _record(time_ns, direction, data, host if can else NO_IDENTIFIER)

@@ -10,7 +10,7 @@ import click
 from tmcm34x.cli import CliError
 
 if TYPE_CHECKING:
-    from tmcm34x.capture.latency import Row
+    from tmcm34x.capture.latency import TimedRecord
     from tmcm34x.capture.record import Record
 
 _PATH = click.Path(path_type=Path)
@@ -87,7 +87,7 @@ def _print(records: list[Record]) -> None:
     click.echo(summary(records))
 
 
-def _line(row: Row, start_ns: int) -> str:
+def _line(row: TimedRecord, start_ns: int) -> str:
     record = row.record
     latency = "" if row.latency_ns is None else f"{row.latency_ns / 1e6:9.3f} ms"
     name = f"{record.identifier:03x} " if record.kind == "frame" else ""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from tmcm34x.bench.action import Action, perform
 from tmcm34x.bench.lines import LineEnd, SerialEnd, open_line
 from tmcm34x.debug.view import View
-from tmcm34x.firmware.program import Program
+from tmcm34x.firmware.program import StandAloneProgram
 from tmcm34x.tmcl.datagram import Instruction
 
 if TYPE_CHECKING:
@@ -275,8 +275,8 @@ HELD: Final = "held"
 REFUSED: Final = "refused"
 _HOLDS: Final = frozenset({HELD, REFUSED})
 """Kinds of inputs that hold a program in the middle of an event: before a command, after a refused one."""
-CONTROLS: Final[Mapping[str, Callable[[Program], object]]] = {
-    "run": Program.run, "stop": Program.stop, "reset": Program.reset,
+CONTROLS: Final[Mapping[str, Callable[[StandAloneProgram], object]]] = {
+    "run": StandAloneProgram.run, "stop": StandAloneProgram.stop, "reset": StandAloneProgram.reset,
 }  # fmt: skip
 """What a debugger does to a program besides holding it."""
 INPUTS: Final[Mapping[str, Callable[..., None]]] = {

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.debug.branches import Branch
     from tmcm34x.debug.course import Course
-    from tmcm34x.firmware.program import Program
+    from tmcm34x.firmware.program import StandAloneProgram
 
 FIRST_WINDOW: Final = 256
 """Commands of the first stretch that is run command by command; each further one is `GROWTH` times as long."""
@@ -61,7 +61,7 @@ def moments(
         program.unhook(let_pass)
 
 
-def comes(program: Program, when: int) -> bool:
+def comes(program: StandAloneProgram, when: int) -> bool:
     """Whether the program's next command takes effect at `when`, the next event."""
     return program.active and not program.waiting and program.next_event() == when
 
@@ -93,7 +93,7 @@ class Here(NamedTuple):
         return cls(course, branch, rig.now, len(program.stack), program.executed, module)
 
     @property
-    def program(self) -> Program:
+    def program(self) -> StandAloneProgram:
         """The program that is meant, on the rig of the course."""
         return self.course.rig.modules[self.module].program
 
@@ -257,7 +257,9 @@ class _Looks(NamedTuple):
     breaks: Breaks
 
 
-def _stops(course: Course, program: Program, end: int, looks: _Looks) -> Iterator[tuple[int, Stop | None]]:
+def _stops(
+    course: Course, program: StandAloneProgram, end: int, looks: _Looks
+) -> Iterator[tuple[int, Stop | None]]:
     """Run a course to `end`, and look at each place where something may hold."""
     control, watched, breaks = looks
     while (when := min(course.next_event(), watched.next_event())) <= end:

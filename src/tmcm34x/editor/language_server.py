@@ -24,7 +24,7 @@ from pygls.protocol import default_converter
 
 from tmcm34x import __version__
 from tmcm34x.editor.analysis import actions, appearance, completions, hovers, names, values
-from tmcm34x.editor.analysis.program import Analysis, Place
+from tmcm34x.editor.analysis.program import Analysis, TextPosition
 from tmcm34x.editor.analysis.values import HintKind
 from tmcm34x.editor.changes import Units, column, replaced
 from tmcm34x.editor.conversion import FOLD_KINDS, LEGEND, Converter, markdown, name_of, uri_of
@@ -292,11 +292,11 @@ class TmclServer(LanguageServer):
             raise JsonRpcInvalidParams(f"not open: {params.text_document.uri}")
         return self.programs.analysis(name), name
 
-    def _place(self, params: Any) -> tuple[Analysis, Place]:
+    def _place(self, params: Any) -> tuple[Analysis, TextPosition]:
         analysis, name = self._document(params)
         line, units = params.position.line, params.position.character
         text = analysis.text(name, line)
-        return analysis, Place(name, line, column(text, units, self._encoding))
+        return analysis, TextPosition(name, line, column(text, units, self._encoding))
 
     @property
     def _encoding(self) -> Units:

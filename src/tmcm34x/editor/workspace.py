@@ -16,7 +16,7 @@ from tmcm34x.editor.analysis.program import Analysis
 from tmcm34x.toolchain.assembler import assemble
 from tmcm34x.toolchain.includes import MOST_NEIGHBOURS, SOURCES, fitting, programs_with
 from tmcm34x.toolchain.linter import DEFAULT, lint
-from tmcm34x.toolchain.parser import Line, parse_line
+from tmcm34x.toolchain.parser import SourceLine, parse_line
 
 
 class Files(Protocol):
@@ -38,7 +38,7 @@ _CACHED_LINES: Final = 32768
 _remembered = lru_cache(maxsize=_CACHED_LINES)(parse_line)
 
 
-def parse_again(text: str) -> Line:
+def parse_again(text: str) -> SourceLine:
     """`parse_line` for texts that come again with one line changed."""
     return _remembered(text) if len(text) < _LONG_LINE else parse_line(text)
 

@@ -29,7 +29,7 @@ from tmcm34x.tmcl.status import Status
 if TYPE_CHECKING:
     from tmcm34x.clock import Value
     from tmcm34x.firmware.roles import Port
-    from tmcm34x.firmware.state import Answer, Handler, ModuleState, Result
+    from tmcm34x.firmware.state import Handler, ModuleState, OwnReply, Result
     from tmcm34x.tmcl.datagram import Instruction
 
 PAGE: Final = 0x400
@@ -228,7 +228,7 @@ def _enter_again(_core: ModuleState, port: Port, instruction: Instruction, size:
         port.answer(Status.INVALID_COMMAND, instruction.number, instruction.value, size)
 
 
-ANSWERS: Final[Mapping[int, Answer]] = {
+ANSWERS: Final[Mapping[int, OwnReply]] = {
     CONTROL.GET_FIRMWARE_VERSION: _answer_version,
     _NUMBERS["start application"]: _start,
     CONTROL.ENTER_BOOT_LOADER: _enter_again,

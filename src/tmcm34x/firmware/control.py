@@ -19,7 +19,7 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.roles import Port
-    from tmcm34x.firmware.state import Answer, Entry, Handler, ModuleState, Result
+    from tmcm34x.firmware.state import Entry, Handler, ModuleState, OwnReply, Result
 
 IN_DOWNLOAD: Final = frozenset({CONTROL.QUIT_DOWNLOAD, CONTROL.GET_FIRMWARE_VERSION})
 """Control functions that are executed in download mode too (fidelity PROG-15)."""
@@ -169,7 +169,7 @@ def _answer_boot(core: ModuleState, port: Port, instruction: Instruction, size: 
         port.answer(Status.INVALID_COMMAND, instruction.number, instruction.value, size)
 
 
-ANSWERS: Final[Mapping[int, Answer]] = {
+ANSWERS: Final[Mapping[int, OwnReply]] = {
     CONTROL.READ_PROGRAM_MEMORY: _answer_record,
     CONTROL.GET_FIRMWARE_VERSION: _answer_version,
     CONTROL.RESTORE_FACTORY_SETTINGS: _answer_factory_settings,

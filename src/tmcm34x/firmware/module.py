@@ -23,7 +23,7 @@ from tmcm34x.firmware.dispatch import execute
 from tmcm34x.firmware.parameters.tables import tables
 from tmcm34x.firmware.peek import peek
 from tmcm34x.firmware.power import settle
-from tmcm34x.firmware.program import Program
+from tmcm34x.firmware.program import StandAloneProgram
 from tmcm34x.firmware.state import INSTRUCTION_CLOCKS, ModuleState
 from tmcm34x.tmcl.axis_parameters import STANDARD
 from tmcm34x.tmcl.numbers import GP
@@ -69,7 +69,7 @@ class FirmwareModule(ModuleState):
         for number, value in ((GP.SERIAL_ADDRESS, address), (GP.HOST_ADDRESS, host_address)):
             if value is not None:
                 eeprom.set_global_value(number, value)
-        self.program = Program(self)
+        self.program = StandAloneProgram(self)
         self.application = self.program
         board.on_pins.append(self._note_pins)
 

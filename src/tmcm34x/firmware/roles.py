@@ -99,7 +99,7 @@ class ProgramMemory(Protocol):
         ...
 
 
-class Program(Protocol):
+class ProgramControl(Protocol):
     """What commands need of the stand-alone program."""
 
     @property

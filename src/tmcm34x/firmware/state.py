@@ -26,7 +26,7 @@ from tmcm34x.tmcl.status import Status
 if TYPE_CHECKING:
     from tmcm34x.board.circuit import Circuit
     from tmcm34x.clock import Value
-    from tmcm34x.firmware.roles import Observer, Program
+    from tmcm34x.firmware.roles import Observer, ProgramControl
     from tmcm34x.firmware.storage import Eeprom
     from tmcm34x.tmcl.axis_parameters import AxisParameter
     from tmcm34x.tmcl.datagram import Instruction
@@ -83,7 +83,7 @@ class Tables:
     """For SGP and AGP."""
 
 
-Answer = Callable[["ModuleState", Port, "Instruction", int], None]
+OwnReply = Callable[["ModuleState", Port, "Instruction", int], None]
 """Does a command that came through a port in so many bytes, and answers it, or not."""
 
 
@@ -150,7 +150,7 @@ class ModuleState:
         self,
         circuit: Circuit,
         eeprom: Eeprom,
-        firmware: tuple[Sequence[Entry], Mapping[int, Answer]],
+        firmware: tuple[Sequence[Entry], Mapping[int, OwnReply]],
         tables: Tables,
         *,
         seed: int,
@@ -165,7 +165,7 @@ class ModuleState:
         """What commands do while the firmware is in charge, not the boot loader: `entries` and `answers`."""
         self.entries, self.answers = firmware
         self.tables = tables
-        self.application: Program
+        self.application: ProgramControl
         """The stand-alone program, as commands see it."""
         self.boot: Boot | None = None
         self.user_functions: dict[int, UserFunction] = {}

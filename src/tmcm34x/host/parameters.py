@@ -11,7 +11,7 @@ from tmcm34x.host.exceptions import NotAvailableError, RangeError
 from tmcm34x.tmcl.axis_parameters import AxisParameter
 from tmcm34x.tmcl.global_parameters import GlobalParameter
 
-Row = AxisParameter | GlobalParameter
+ParameterRow = AxisParameter | GlobalParameter
 R = TypeVar("R", AxisParameter, GlobalParameter)
 
 
@@ -56,7 +56,7 @@ def row_of(rows: Any, key: str, kind: str) -> Any:
     return row
 
 
-def check_write(row: Row, value: int) -> None:
+def check_write(row: ParameterRow, value: int) -> None:
     """Raises `RangeError` where the table says that a module would refuse the value."""
     if not row.writable:
         raise RangeError(f"{row.key} ({row.number}) can only be read")

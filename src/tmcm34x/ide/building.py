@@ -150,5 +150,5 @@ def _listing(path: str, assembly: Assembly) -> wire.Listing:
 def problem(item: Diagnostic) -> wire.Problem:
     """A diagnostic as pages get it."""
     file, line, column, end = item.location
-    place = wire.Place(file, line, column, line, end)
+    place = wire.SourceRange(file, line, column, line, end)
     return wire.Problem(place, item.severity, item.code, item.text)

@@ -16,7 +16,7 @@ from tmcm34x.world.switch import FAR
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig, World
     from tmcm34x.bench.mount import Mount
-    from tmcm34x.world.switch import Line
+    from tmcm34x.world.switch import SwitchInput
 
 STRONGEST: Final = 2.0
 """Largest torque of a hand, in holding torques."""
@@ -91,7 +91,7 @@ def _axis(mount: Mount) -> wire.AxisWorld:
     )
 
 
-def _cams(side: Literal["left", "right"], line: Line, units: float) -> list[wire.Cam]:
+def _cams(side: Literal["left", "right"], line: SwitchInput, units: float) -> list[wire.Cam]:
     return [wire.Cam(side, _end(switch.low, units), _end(switch.high, units)) for switch in line.switches]
 
 

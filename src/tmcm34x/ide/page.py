@@ -125,7 +125,7 @@ class Page:
 
     async def _answer(self, number: int, call: wire.Call) -> None:
         try:
-            self.send(wire.Answer(number, await self._hub.answer(self, call)))
+            self.send(wire.CallResult(number, await self._hub.answer(self, call)))
         except wire.RefusalError as error:
             self.send(wire.Refusal(number, error.code, str(error)))
         except Exception as error:

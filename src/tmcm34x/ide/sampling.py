@@ -54,7 +54,7 @@ def column_of(polled: Polled) -> int | None:
     return _OTHERS.get(polled.key) if polled.key in _OTHERS else _CURVES.get((polled.key, polled.motor))
 
 
-class Row(NamedTuple):
+class Sample(NamedTuple):
     """One sample; a column that is missing in `values` was not looked at."""
 
     number: int
@@ -67,7 +67,7 @@ class Samples:
     """The newest rows, numbered from 1."""
 
     def __init__(self) -> None:
-        self._rows: deque[Row] = deque(maxlen=KEPT)
+        self._rows: deque[Sample] = deque(maxlen=KEPT)
         self.last = 0
 
     def add(
@@ -75,7 +75,7 @@ class Samples:
     ) -> None:
         """Have a row."""
         self.last += 1
-        self._rows.append(Row(self.last, when, values, watched or {}))
+        self._rows.append(Sample(self.last, when, values, watched or {}))
 
     def gap(self, when: float, watches: Sequence[wire.Watched]) -> None:
         """From now on nothing is known."""
@@ -88,7 +88,7 @@ class Samples:
         return b"\0" + packed if packed else b""
 
 
-def _pack(row: Row, watches: Sequence[wire.Watched]) -> bytes:
+def _pack(row: Sample, watches: Sequence[wire.Watched]) -> bytes:
     values = dict(row.values)
     values |= {BASE + at: row.watched[item] for at, item in enumerate(watches) if item in row.watched}
     columns = sorted(values)

@@ -21,7 +21,7 @@ from tmcm34x.ide.virtual import Virtual
 from tmcm34x.tmcl.mnemonic import format_instruction
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.program import Program
+    from tmcm34x.firmware.program import StandAloneProgram
     from tmcm34x.ide.hub import Hub
     from tmcm34x.ide.loading import Loading
     from tmcm34x.ide.page import Page
@@ -147,7 +147,7 @@ async def _read_coverage(hub: Hub, page: Page, call: wire.ReadCoverage) -> list[
     return _covered(coverage(hub.assembly, _complete(virtual.module.program)))
 
 
-def _complete(program: Program) -> Counts:
+def _complete(program: StandAloneProgram) -> Counts:
     """What has been counted until now: counts are complete when others take their place, which go on from them."""
     counts, others = program.counts, Counts()
     assert counts is not None

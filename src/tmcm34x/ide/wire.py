@@ -1,7 +1,7 @@
 """What the IDE's server and its page say to each other: the one definition.
 
 Text messages on the web socket are JSON.  The page sends a `Request` (a number and a call); the server
-answers each with `Answer`, `Refusal` or `Fault`, and sends further events when something happens by itself.  Binary
+answers each with `CallResult`, `Refusal` or `Fault`, and sends further events when something happens by itself.  Binary
 messages are state frames: a mask byte, then for each set bit, lowest first, one group of `GROUPS` packed as its
 rows say, little-endian.  A group is sent only when it differs from what that page was last sent.
 
@@ -29,7 +29,7 @@ MALFORMED: Final = 1007
 # ------------------------------------------------------------------------------------------------ state frames
 
 
-class Row(NamedTuple):
+class StateRow(NamedTuple):
     """One value of a state group: name, `struct` code, what it is."""
 
     name: str
@@ -41,7 +41,7 @@ class Group(NamedTuple):
     """Values that are sent together."""
 
     name: str
-    rows: tuple[Row, ...]
+    rows: tuple[StateRow, ...]
 
     @property
     def layout(self) -> struct.Struct:
@@ -50,25 +50,25 @@ class Group(NamedTuple):
 
 
 _MOTOR: Final = (
-    Row("position", "i", "actual position [microsteps]"),
-    Row("target", "i", "target position [microsteps]"),
-    Row("speed", "h", "actual speed [velocity units]"),
-    Row("target_speed", "h", "target speed [velocity units]"),
-    Row("acceleration", "h", "actual acceleration [acceleration units]"),
-    Row("encoder", "i", "encoder position [encoder steps]"),
-    Row("flags", "H", "bits of MOTOR_FLAGS"),
-    Row("load", "B", "load value 0..7"),
-    Row("errors", "B", "driver error flags, axis parameter 208"),
-    Row("current", "B", "coil current now [1/255 of the module's maximum]"),
-    Row("mode", "B", "ramp mode, axis parameter 138"),
-    Row("search", "B", "reference search: state, 0 idle"),
-    Row("resolution", "B", "microstep resolution, axis parameter 140"),
-    Row("pulse_div", "B", "pulse divisor, axis parameter 154"),
-    Row("ramp_div", "B", "ramp divisor, axis parameter 153"),
-    Row("angle", "f", "rotor angle [rad], from the world where there is one, else from the position"),
-    Row("slip", "i", "full steps lost since power-on; 0 without a world"),
-    Row("strain", "f", "torque asked of the motor over what it has, 0..1; 0 without a world"),
-    Row("place", "f", "position of the load [mm or degrees]; 0 without a world"),
+    StateRow("position", "i", "actual position [microsteps]"),
+    StateRow("target", "i", "target position [microsteps]"),
+    StateRow("speed", "h", "actual speed [velocity units]"),
+    StateRow("target_speed", "h", "target speed [velocity units]"),
+    StateRow("acceleration", "h", "actual acceleration [acceleration units]"),
+    StateRow("encoder", "i", "encoder position [encoder steps]"),
+    StateRow("flags", "H", "bits of MOTOR_FLAGS"),
+    StateRow("load", "B", "load value 0..7"),
+    StateRow("errors", "B", "driver error flags, axis parameter 208"),
+    StateRow("current", "B", "coil current now [1/255 of the module's maximum]"),
+    StateRow("mode", "B", "ramp mode, axis parameter 138"),
+    StateRow("search", "B", "reference search: state, 0 idle"),
+    StateRow("resolution", "B", "microstep resolution, axis parameter 140"),
+    StateRow("pulse_div", "B", "pulse divisor, axis parameter 154"),
+    StateRow("ramp_div", "B", "ramp divisor, axis parameter 153"),
+    StateRow("angle", "f", "rotor angle [rad], from the world where there is one, else from the position"),
+    StateRow("slip", "i", "full steps lost since power-on; 0 without a world"),
+    StateRow("strain", "f", "torque asked of the motor over what it has, 0..1; 0 without a world"),
+    StateRow("place", "f", "position of the load [mm or degrees]; 0 without a world"),
 )
 
 MOTOR_FLAGS: Final = ("left", "right", "home", "reached", "left_off", "right_off", "energised", "stalled")
@@ -77,34 +77,34 @@ coils energised, stopped by stall detection."""
 
 GROUPS: Final = (
     Group("time", (
-        Row("clock", "d", "virtual time in chip clocks; wall time of the sample on a real module"),
-        Row("speed", "f", "virtual seconds to a wall second, as reached"),
-        Row("asked", "f", "virtual seconds to a wall second, as asked; 0 is as fast as possible"),
-        Row("flags", "B", "bits of TIME_FLAGS"),
+        StateRow("clock", "d", "virtual time in chip clocks; wall time of the sample on a real module"),
+        StateRow("speed", "f", "virtual seconds to a wall second, as reached"),
+        StateRow("asked", "f", "virtual seconds to a wall second, as asked; 0 is as fast as possible"),
+        StateRow("flags", "B", "bits of TIME_FLAGS"),
     )),
     Group("program", (
-        Row("state", "B", "0 stop, 1 run, 2 step, 3 reset (parameter 128)"),
-        Row("paused", "B", "1 while held by the debugger"),
-        Row("flags", "H", "bits of PROGRAM_FLAGS"),
-        Row("counter", "H", "address of the next instruction (parameter 130)"),
-        Row("depth", "B", "open CSUB calls"),
-        Row("accumulator", "i", "accumulator"),
-        Row("x", "i", "X register"),
+        StateRow("state", "B", "0 stop, 1 run, 2 step, 3 reset (parameter 128)"),
+        StateRow("paused", "B", "1 while held by the debugger"),
+        StateRow("flags", "H", "bits of PROGRAM_FLAGS"),
+        StateRow("counter", "H", "address of the next instruction (parameter 130)"),
+        StateRow("depth", "B", "open CSUB calls"),
+        StateRow("accumulator", "i", "accumulator"),
+        StateRow("x", "i", "X register"),
     )),
     Group("motor0", _MOTOR),
     Group("motor1", _MOTOR),
     Group("motor2", _MOTOR),
     Group("board", (
-        Row("inputs", "B", "digital inputs, bit 0 is input 0"),
-        Row("outputs", "B", "digital outputs"),
-        Row("shutdown", "B", "level of the SHUTDOWN pin"),
-        *(Row(f"analog{n}", "H", f"analogue input {n}, 0..1023") for n in range(8)),
+        StateRow("inputs", "B", "digital inputs, bit 0 is input 0"),
+        StateRow("outputs", "B", "digital outputs"),
+        StateRow("shutdown", "B", "level of the SHUTDOWN pin"),
+        *(StateRow(f"analog{n}", "H", f"analogue input {n}, 0..1023") for n in range(8)),
     )),
     Group("quality", (
-        *(Row(f"motor{n}", "I", f"unknown values of motor {n}: bit n for row n of its group") for n in range(3)),
-        Row("program", "H", "unknown values of the program"),
-        Row("board", "H", "unknown values of the board"),
-        Row("seen", "d", "when the module last sent a value [clocks of `time`]; -1 where all values are of now"),
+        *(StateRow(f"motor{n}", "I", f"unknown values of motor {n}: bit n for row n of its group") for n in range(3)),
+        StateRow("program", "H", "unknown values of the program"),
+        StateRow("board", "H", "unknown values of the board"),
+        StateRow("seen", "d", "when the module last sent a value [clocks of `time`]; -1 where all values are of now"),
     )),
 )  # fmt: skip
 """State groups; the index is the bit in the mask byte of a frame."""
@@ -274,7 +274,7 @@ class FileText(Shape):
     newline: Literal["\n", "\r\n"]
 
 
-class Place(Shape):
+class SourceRange(Shape):
     """A place in a source file, from 1."""
 
     path: str
@@ -311,7 +311,7 @@ class Reasons(Shape):
 class Problem(Shape):
     """A diagnostic."""
 
-    place: Place
+    place: SourceRange
     severity: Severity
     code: str
     text: str
@@ -1157,7 +1157,7 @@ class Event(msgspec.Struct, tag_field="event"):
     """Something that the server says."""
 
 
-class Answer(Event, tag="answer"):
+class CallResult(Event, tag="answer"):
     """A call has been done."""
 
     id: int
@@ -1360,7 +1360,7 @@ class Output(Event, tag="output"):
 
 
 AnyEvent = (
-    Answer | Refusal | Fault | Welcome | FilesChanged | Loaded | Progress
+    CallResult | Refusal | Fault | Welcome | FilesChanged | Loaded | Progress
     | Telegrams | Happened | History | WorldChanged | Link | Windows | Output | Authority | MotionEnded | ProfilePoint
     | ScanProgress | ScanFound | ScanFailed | ScanEnded
 )  # fmt: skip

@@ -38,7 +38,7 @@ MOST_SECONDS: Final = 1e6
 _PLAIN: Final = {int, float, str, bool, type(None)}
 
 Request = dict[str, Any]
-Answer = dict[str, Any]
+ControlReply = dict[str, Any]
 
 
 class ControlError(ValueError):
@@ -132,7 +132,7 @@ class Control:
                 return
             await _send(writer, await self._answer(request))
 
-    async def _answer(self, request: Request) -> Answer:
+    async def _answer(self, request: Request) -> ControlReply:
         known = {"id": request["id"]} if "id" in request else {}
         try:
             row = _REQUESTS.get(str(request["do"]))
@@ -146,7 +146,7 @@ class Control:
 
     # Requests; the methods of the table below
 
-    async def do_act(self, request: Request) -> Answer:
+    async def do_act(self, request: Request) -> ControlReply:
         """Do something to the bench: `action`, `module`, `operands`."""
         name, module = str(request.get("action")), _whole(request, "module", 0)
         action = Action(name, module, _plain(request.get("operands", [])))
@@ -157,7 +157,7 @@ class Control:
             self._server.settle()
         return {}
 
-    async def do_fault(self, request: Request) -> Answer:
+    async def do_fault(self, request: Request) -> ControlReply:
         """Put a fault of the lines in force: `fault`; a cut without `after` happens at once."""
         fault, faults = parse(str(request.get("fault"))), self._faults()
         if fault.kind.strikes == "line" and not fault.after and fault.probability == 1:
@@ -166,7 +166,7 @@ class Control:
             faults.add(fault)
         return {}
 
-    async def do_clear(self, request: Request) -> Answer:
+    async def do_clear(self, request: Request) -> ControlReply:
         """End the faults of one kind, `fault`, or all."""
         self._faults().clear(request.get("fault"))
         return {}
@@ -175,28 +175,28 @@ class Control:
         assert self._server.faults is not None
         return self._server.faults
 
-    async def do_speed(self, request: Request) -> Answer:
+    async def do_speed(self, request: Request) -> ControlReply:
         """Change the speed of virtual time: `speed`."""
         self._server.change_pace(speed=_number(request, "speed", 0.0, MOST_SPEED))
         return {}
 
-    async def do_pause(self, _: Request) -> Answer:
+    async def do_pause(self, _: Request) -> ControlReply:
         """Stop virtual time."""
         self._server.change_pace(paused=True)
         return {}
 
-    async def do_resume(self, _: Request) -> Answer:
+    async def do_resume(self, _: Request) -> ControlReply:
         """Let virtual time go on."""
         self._server.change_pace(paused=False)
         return {}
 
-    async def do_until(self, request: Request) -> Answer:
+    async def do_until(self, request: Request) -> ControlReply:
         """Let `seconds` of virtual time pass as fast as possible; answered when they are over."""
         seconds = _number(request, "seconds", 0.0, MOST_SECONDS)
         await self._server.run_until(self._server.rig.now + clock.clocks(seconds))
         return {"now": clock.seconds(self._server.rig.now)}
 
-    async def do_snapshot(self, _: Request) -> Answer:
+    async def do_snapshot(self, _: Request) -> ControlReply:
         """Give the state of the bench, in base64."""
         self._server.catch_up()
         try:
@@ -204,7 +204,7 @@ class Control:
         finally:
             self._server.settle()
 
-    async def do_restore(self, request: Request) -> Answer:
+    async def do_restore(self, request: Request) -> ControlReply:
         """Go back to a `snapshot`."""
         try:
             data = base64.b64decode(str(request.get("snapshot")), validate=True)
@@ -213,7 +213,7 @@ class Control:
         self._server.restore(data)
         return {"now": clock.seconds(self._server.rig.now)}
 
-    async def do_digest(self, _: Request) -> Answer:
+    async def do_digest(self, _: Request) -> ControlReply:
         """Give the fingerprint of the state."""
         self._server.catch_up()
         try:
@@ -221,7 +221,7 @@ class Control:
         finally:
             self._server.settle()
 
-    async def do_state(self, _: Request) -> Answer:
+    async def do_state(self, _: Request) -> ControlReply:
         """Give what can be seen of the modules."""
         server = self._server
         server.catch_up()
@@ -239,7 +239,7 @@ class Control:
         now = clock.seconds(server.rig.now)
         return {"now": now, "speed": pace.speed, "paused": pace.paused, "modules": modules}
 
-    async def do_counters(self, _: Request) -> Answer:
+    async def do_counters(self, _: Request) -> ControlReply:
         """Give what has been counted."""
         faults = self._server.faults
         return {"modules": self._counters.figures(), "faults": {} if faults is None else dict(faults.struck)}
@@ -247,7 +247,7 @@ class Control:
 
 MOVE_TIME: Final = frozenset({"speed", "pause", "resume", "until", "restore"})
 """Requests that change how time passes, or where it stands."""
-_REQUESTS: Final[dict[str, Callable[[Control, Request], Awaitable[Answer]]]] = {
+_REQUESTS: Final[dict[str, Callable[[Control, Request], Awaitable[ControlReply]]]] = {
     "act": Control.do_act,
     "fault": Control.do_fault,
     "clear": Control.do_clear,
@@ -276,7 +276,7 @@ def _read(line: bytes) -> Request | None:
     return request if isinstance(request, dict) and "do" in request else None  # pyright: ignore[reportUnknownVariableType]
 
 
-async def _send(writer: asyncio.StreamWriter, answer: Answer) -> None:
+async def _send(writer: asyncio.StreamWriter, answer: ControlReply) -> None:
     writer.write(json.dumps(answer).encode() + b"\n")
     await asyncio.wait_for(writer.drain(), PATIENCE_S)
 

@@ -17,7 +17,7 @@ TIME_OUT_S: Final = 0.005
 """A partial telegram is dropped when the next bytes come later than this after the last ones (fidelity WIRE-3)."""
 
 
-class Line:
+class ClientLine:
     """One client's line to the modules.
 
     A telegram that stops in the middle is given up after a time of the wall's, whatever the speed: it is the

@@ -19,7 +19,7 @@ from tmcm34x import clock
 from tmcm34x.bench.crowd import Crowd
 from tmcm34x.links import CanLink, Connect, Link, Peer, Plug, Send, pacing
 from tmcm34x.links.timing import LoopTiming
-from tmcm34x.server.lines import Bus, Line
+from tmcm34x.server.lines import Bus, ClientLine
 from tmcm34x.server.pace import Pace
 from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
@@ -147,7 +147,7 @@ class Server:
         latency_ms = link.latency_ms + self._latency_ms
 
         def connect(name: str, send: Send) -> Peer:
-            return Line(self, name, send, latency_ms=latency_ms, baud_rate=baud_rate, only=only)
+            return ClientLine(self, name, send, latency_ms=latency_ms, baud_rate=baud_rate, only=only)
 
         address = await link.open(self._disturbed(connect, link))
         self._links.append(link)
@@ -199,7 +199,7 @@ class Server:
 
     def connect(self, name: str, send: Send) -> Peer:
         """The modules' end of a new line of a client in this process: a `Connect`, without pace and faults."""
-        return Line(self, name, send, latency_ms=self._latency_ms)
+        return ClientLine(self, name, send, latency_ms=self._latency_ms)
 
     def catch_up(self) -> bool:
         """Bring virtual time to now, or as near as one slice of work allows; says whether it got there.

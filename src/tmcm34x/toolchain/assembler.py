@@ -20,7 +20,7 @@ from tmcm34x.toolchain.diagnostics import Diagnostic
 from tmcm34x.toolchain.first_pass import INCLUDE_DEPTH, FirstPass, IncludeReader
 from tmcm34x.toolchain.messages import Messages
 from tmcm34x.toolchain.names import Names
-from tmcm34x.toolchain.parser import Line, parse_line
+from tmcm34x.toolchain.parser import SourceLine, parse_line
 from tmcm34x.toolchain.second_pass import SecondPass
 
 __all__ = ["INCLUDE_DEPTH", "Assembly", "Code", "IncludeReader", "Symbol", "assemble", "no_includes"]
@@ -37,7 +37,7 @@ def assemble(
     include: IncludeReader = no_includes,
     *,
     append_stop: bool = False,
-    parse: Callable[[str], Line] = parse_line,
+    parse: Callable[[str], SourceLine] = parse_line,
     model: int = 343,
 ) -> Assembly:
     """The program in `text`.

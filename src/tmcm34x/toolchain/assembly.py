@@ -6,10 +6,10 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
-from tmcm34x.tmcl.commands import Command as Row
+from tmcm34x.tmcl.commands import Command as CommandRow
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.diagnostics import Diagnostic, Location, has_errors
-from tmcm34x.toolchain.parser import Command, Data, Line
+from tmcm34x.toolchain.parser import Command, Data, SourceLine
 
 SymbolKind = Literal["label", "constant"]
 
@@ -34,11 +34,11 @@ class Code(NamedTuple):
     line: the parsed source line, number `number` of `file`
     """
 
-    row: Row | None
+    row: CommandRow | None
     instruction: Instruction | None
     file: str
     number: int
-    line: Line
+    line: SourceLine
 
     @property
     def appended(self) -> bool:
@@ -70,7 +70,7 @@ class Assembly(NamedTuple):
     symbols: Mapping[str, Symbol]
     diagnostics: tuple[Diagnostic, ...]
     sources: Mapping[str, list[str]]
-    lines: Mapping[str, list[Line]]
+    lines: Mapping[str, list[SourceLine]]
     includes: Mapping[tuple[str, int], str]
     left_out: Set[tuple[str, int]]
 

@@ -13,7 +13,7 @@ from tmcm34x.toolchain.mending.files import mend
 from tmcm34x.toolchain.mending.text import changed
 from tmcm34x.toolchain.messages import Messages
 from tmcm34x.toolchain.names import Names
-from tmcm34x.toolchain.parser import Command, Constant, Data, Directive, Include, Line
+from tmcm34x.toolchain.parser import Command, Constant, Data, Directive, Include, SourceLine
 from tmcm34x.toolchain.structure import MODEL, holds, local_labels
 from tmcm34x.toolchain.tokens import Token, make, split_lines
 
@@ -30,7 +30,7 @@ class Pending(NamedTuple):
     statement: Command | Data
     file: str
     number: int
-    line: Line
+    line: SourceLine
 
 
 class _Branch(NamedTuple):
@@ -52,11 +52,11 @@ class FirstPass:
         messages: Messages,
         names: Names,
         include: IncludeReader,
-        parse: Callable[[str], Line],
+        parse: Callable[[str], SourceLine],
         model: int,
     ) -> None:
         self.pending: list[Pending] = []
-        self.lines: dict[str, list[Line]] = {}
+        self.lines: dict[str, list[SourceLine]] = {}
         self.includes: dict[tuple[str, int], str] = {}
         self.left_out: set[tuple[str, int]] = set()
         self._messages = messages
@@ -79,7 +79,7 @@ class FirstPass:
                 messages.mistake(mistake)
         self._open.pop()
 
-    def _parsed(self, text: str, texts: list[str]) -> list[Line]:
+    def _parsed(self, text: str, texts: list[str]) -> list[SourceLine]:
         parse = self._parse
         lines = list(map(parse, texts))
         if "." in text:
@@ -87,7 +87,7 @@ class FirstPass:
                 lines[index] = moved(parse(changed(texts[index], changes)), changes)
         return lines
 
-    def _statements(self, file: str, lines: list[Line]) -> None:
+    def _statements(self, file: str, lines: list[SourceLine]) -> None:
         messages = self._messages
         branches: list[_Branch] = []
         for number, line in enumerate(lines, 1):
@@ -107,7 +107,7 @@ class FirstPass:
             messages.number = branch.number
             messages.report("E103", 0, len(messages.text), "this #if has no #endif")
 
-    def _line(self, line: Line) -> None:
+    def _line(self, line: SourceLine) -> None:
         labels, statement, _, problems = line
         if problems:
             self._messages.problems(problems)
@@ -122,7 +122,7 @@ class FirstPass:
         elif isinstance(statement, Include):
             self._include(statement)
 
-    def _constant(self, statement: Constant, line: Line) -> None:
+    def _constant(self, statement: Constant, line: SourceLine) -> None:
         value = None
         if statement.value is not None:
             try:

@@ -15,7 +15,7 @@ from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.toolchain.expressions import Operand
 from tmcm34x.toolchain.mending.columns import moved
 from tmcm34x.toolchain.mending.text import changed
-from tmcm34x.toolchain.parser import Command, Constant, Data, Directive, Include, Line, parse_line
+from tmcm34x.toolchain.parser import Command, Constant, Data, Directive, Include, SourceLine, parse_line
 from tmcm34x.toolchain.structure import local_labels
 from tmcm34x.toolchain.tokens import BLANKS, Token, split_lines, tokenize
 
@@ -47,7 +47,7 @@ def lexical_mistake(text: str) -> int | None:
     return None
 
 
-def _parsed(texts: Sequence[str]) -> list[Line]:
+def _parsed(texts: Sequence[str]) -> list[SourceLine]:
     lines = [parse_line(text) for text in texts]
     for index, changes in local_labels(texts).items():
         lines[index] = moved(parse_line(changed(texts[index], changes)), changes)
@@ -156,7 +156,7 @@ class _Formatter:
         return f"{labels:<{self.mnemonic_column - 1}} {body}"
 
 
-def _labels(text: str, line: Line) -> str:
+def _labels(text: str, line: SourceLine) -> str:
     return " ".join(f"{text[label.start : label.end]}:" for label in line.labels)
 
 

@@ -9,7 +9,7 @@ from tmcm34x.toolchain.assembly import Symbol, SymbolKind
 from tmcm34x.toolchain.diagnostics import did_you_mean, shown
 from tmcm34x.toolchain.expressions import FUNCTIONS, ExpressionError, Operand, UnknownValueError, names_in
 from tmcm34x.toolchain.messages import Messages
-from tmcm34x.toolchain.parser import Line
+from tmcm34x.toolchain.parser import SourceLine
 from tmcm34x.toolchain.tokens import BLANKS, Token
 
 _DIGITS: Final = str.maketrans("OoIl", "0011")
@@ -25,7 +25,7 @@ class Names:
         self._broken: set[str] = set()
         """Constants without a value."""
 
-    def define(self, name: Token, kind: SymbolKind, value: float | None, line: Line) -> None:
+    def define(self, name: Token, kind: SymbolKind, value: float | None, line: SourceLine) -> None:
         """Give a name its value, None where that has a mistake; reports a name that is defined already."""
         key, messages = name.text.upper(), self._messages
         known = self.symbols.get(key)

@@ -107,7 +107,7 @@ class Directive(NamedTuple):
 Statement = Command | Constant | Include | Data | Directive
 
 
-class Line(NamedTuple):
+class SourceLine(NamedTuple):
     """What one line holds; `comment` is the column of its slashes."""
 
     labels: tuple[Token, ...]
@@ -121,7 +121,7 @@ def is_not(operand: Operand | None) -> bool:
     return isinstance(operand, Token) and operand.text.upper() == "NOT"
 
 
-def parse_line(text: str) -> Line:
+def parse_line(text: str) -> SourceLine:
     """The statement in one line, its labels and comment, and what is wrong with it."""
     end, comment = _comment(text, 0)
     head = _HEAD.match(text, 0, end)
@@ -132,12 +132,12 @@ def parse_line(text: str) -> Line:
         if head.end() < end or equals is not None:
             return _without_name(text, labels, comment, head.end(1), end)
         pragma = None if comment is None else _DATA.match(text, comment)
-        return Line(labels, None, comment, ()) if pragma is None else _data(text, labels, pragma)
+        return SourceLine(labels, None, comment, ()) if pragma is None else _data(text, labels, pragma)
     start, stop = head.span(2)
     problems: list[Problem] = []
     if equals is not None:
         value = _operand(text, head.end(), end, problems)
-        return Line(labels, Constant(Token("name", name, start, stop), value), comment, tuple(problems))
+        return SourceLine(labels, Constant(Token("name", name, start, stop), value), comment, tuple(problems))
     if name.upper() not in BY_MNEMONIC:
         following = _NEXT_WORD.match(text, stop, end)
         if following is not None and following[1].upper() in BY_MNEMONIC:
@@ -145,7 +145,7 @@ def parse_line(text: str) -> Line:
             labels = (*labels, Token("name", name, start, stop))
             name, (start, stop) = following[1], following.span(1)
     operands, last = _operands(text, stop, end, problems)
-    return make(Line, (labels, make(Command, (name, start, operands, last)), comment, tuple(problems)))
+    return make(SourceLine, (labels, make(Command, (name, start, operands, last)), comment, tuple(problems)))
 
 
 def _lacks_colon(name: str, start: int, end: int) -> Problem:
@@ -199,7 +199,9 @@ def _operand(text: str, start: int, end: int, problems: list[Problem]) -> Operan
     return None
 
 
-def _without_name(text: str, labels: tuple[Token, ...], comment: int | None, start: int, end: int) -> Line:
+def _without_name(
+    text: str, labels: tuple[Token, ...], comment: int | None, start: int, end: int
+) -> SourceLine:
     """A line whose statement does not begin with a name."""
     head = first_token(text, start, end)
     if head.text == "#" and not labels:
@@ -209,35 +211,37 @@ def _without_name(text: str, labels: tuple[Token, ...], comment: int | None, sta
     else:
         what = f"a command, label or constant is missing before {quoted(head)}"
         problem = Problem("E103", head.start, head.end, what)
-    return Line(labels, None, comment, (problem,))
+    return SourceLine(labels, None, comment, (problem,))
 
 
-def _data(text: str, labels: tuple[Token, ...], pragma: re.Match[str]) -> Line:
+def _data(text: str, labels: tuple[Token, ...], pragma: re.Match[str]) -> SourceLine:
     first, start = pragma.span(1)
     end, comment = _comment(text, start)
     problems: list[Problem] = []
     operands, last = _operands(text, start, end, problems)
-    return Line(labels, Data(first, operands, last), comment, tuple(problems))
+    return SourceLine(labels, Data(first, operands, last), comment, tuple(problems))
 
 
-def _directive(text: str) -> Line:
+def _directive(text: str) -> SourceLine:
     match = _INCLUDE.match(text)
     assert match is not None
     word, stop = match[2].lower(), match.end()
     end, comment = _comment(text, stop)
     if word in DIRECTIVES:
-        return Line((), Directive(word, stop, len(text[:end].rstrip(BLANKS))), comment, ())
+        return SourceLine((), Directive(word, stop, len(text[:end].rstrip(BLANKS))), comment, ())
     if word == "include":
         name = text[stop:end].strip(BLANKS)
         problem = Problem("E103", *match.span(1), "the name of a file is missing")
         return (
-            _include(text.index(name, stop), name, comment) if name else Line((), None, comment, (problem,))
+            _include(text.index(name, stop), name, comment)
+            if name
+            else SourceLine((), None, comment, (problem,))
         )
     what = f"no directive {shown(match[1])}; {_DIRECTIVES}"
-    return Line((), None, None, (Problem("E103", *match.span(1), what),))
+    return SourceLine((), None, None, (Problem("E103", *match.span(1), what),))
 
 
-def _include(place: int, name: str, comment: int | None) -> Line:
+def _include(place: int, name: str, comment: int | None) -> SourceLine:
     """The line that includes the file which is named at column `place`."""
     problems: tuple[Problem, ...] = ()
     other = _OTHER_COMMENT.search(name)
@@ -250,4 +254,4 @@ def _include(place: int, name: str, comment: int | None) -> Line:
     if curly is not None:
         column = place + curly.start()
         problems = (Problem("E101", column, column + 1, f"{curly[0]!r} is not a character of the language"),)
-    return Line((), Include(unquoted(name), place, place + len(name)), comment, problems)
+    return SourceLine((), Include(unquoted(name), place, place + len(name)), comment, problems)

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from tmcm34x.tmcl.commands import BY_MNEMONIC, SISTER_COMMANDS
-from tmcm34x.tmcl.commands import Command as Row
+from tmcm34x.tmcl.commands import Command as CommandRow
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain import sisters
 from tmcm34x.toolchain.assembly import Code
@@ -33,13 +33,13 @@ _DATA_FIELDS: Final = ("number", "type", "motor", "value")
 class _Shape(NamedTuple):
     """A row of the command table as this pass needs it: by operands and spare numbers in source order."""
 
-    row: Row
+    row: CommandRow
     required: int
     places: tuple[tuple[int, Mapping[str, int] | None, bool], ...]
     """Of each one: the field it fills, its words if it has any, and whether it is an address."""
 
 
-def _shape(row: Row) -> _Shape:
+def _shape(row: CommandRow) -> _Shape:
     operands = [(_FIELDS[o.field], dict(o.words) or None, o.kind == "address") for o in row.operands] + [
         (_FIELDS[name], None, False) for name in row.spare
     ]
@@ -95,7 +95,7 @@ class SecondPass:
 
     # Operands
 
-    def _word(self, operand: Operand | None, words: Mapping[str, int], row: Row) -> int | None:
+    def _word(self, operand: Operand | None, words: Mapping[str, int], row: CommandRow) -> int | None:
         if operand is None:
             return None
         written = operand.text.upper() if isinstance(operand, Token) else ""

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Final
 
 from tmcm34x.toolchain.expressions import ExpressionError, compile_expression, evaluate
 from tmcm34x.toolchain.mending.text import Change, changed
-from tmcm34x.toolchain.parser import Include, Line
+from tmcm34x.toolchain.parser import Include, SourceLine
 from tmcm34x.toolchain.tokens import Token, tokenize
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def _emitted(assembly: Assembly, file: str, seen: set[str]) -> Iterator[str]:
             yield changed(text, local_changes(line, text))
 
 
-def local_changes(line: Line, text: str) -> tuple[Change, ...]:
+def local_changes(line: SourceLine, text: str) -> tuple[Change, ...]:
     """The changes that a line's local labels need: where a name differs from what stands in its place."""
     statement = line.statement
     names = [*line.labels, *(o for o in getattr(statement, "operands", ()) if isinstance(o, Token))]

@@ -18,7 +18,7 @@ from typing import Any, Final, NamedTuple
 from tmcm34x.clock import Value
 from tmcm34x.world.load import Load, ZoneMap
 from tmcm34x.world.motor import CYCLE, FINENESS, Motor
-from tmcm34x.world.switch import FAR, Line, narrowest
+from tmcm34x.world.switch import FAR, SwitchInput, narrowest
 
 YIELD: Final = CYCLE // 2
 """How far the field gets ahead of a rotor at a hard stop before the rotor is out of step."""
@@ -58,11 +58,13 @@ class LoadAxis:
     Positions are those of the load: millimetres or degrees.
     """
 
-    def __init__(self, motor: Motor, load: Load, left: Line | None = None, right: Line | None = None) -> None:
+    def __init__(
+        self, motor: Motor, load: Load, left: SwitchInput | None = None, right: SwitchInput | None = None
+    ) -> None:
         self.motor = motor
         self.load = load
-        self.left = left or Line()
-        self.right = right or Line()
+        self.left = left or SwitchInput()
+        self.right = right or SwitchInput()
         self.units = load.units_per_position(motor)
         self.turn = whole_turn(motor, load)
         self.low = -FAR if load.low is None else round(load.low * self.units)

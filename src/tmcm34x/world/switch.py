@@ -88,7 +88,7 @@ CLEAN: Final = Contact()
 """Normally closed, without bouncing."""
 
 
-class Line:
+class SwitchInput:
     """One switch input of the module with its switches in series.
 
     `active` is the level as the chip sees it.  Without a switch the input is strapped and never active

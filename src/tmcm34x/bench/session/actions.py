@@ -59,7 +59,7 @@ class SendFrame(NamedTuple):
         player.send_frame(self.identifier, self.data)
 
 
-class Answer(NamedTuple):
+class ExpectedReply(NamedTuple):
     """`< 100 5`: a reply; the value is not looked at when `low` is None.
 
     command: number of the command that it answers, when that is not the last one sent
@@ -253,5 +253,6 @@ class Promise(NamedTuple):
 
 
 Action = (
-    Send | SendBytes | SendFrame | Answer | Bytes | Frame | Nothing | Wait | Happen | Check | Address | Within | Promise
+    Send | SendBytes | SendFrame | ExpectedReply | Bytes | Frame | Nothing | Wait | Happen | Check | Address | Within
+    | Promise
 )  # fmt: skip

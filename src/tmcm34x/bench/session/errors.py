@@ -31,7 +31,7 @@ class Unmet(Exception):  # noqa: N818
         self.expected, self.got, self.data = expected, got, data
 
 
-class Place(NamedTuple):
+class SessionLine(NamedTuple):
     """A line of a session file."""
 
     path: str
@@ -46,7 +46,7 @@ class SessionFailedError(SessionError):
     sent: the last thing that was sent, as it stands in the session and as bytes
     """
 
-    def __init__(self, place: Place, unmet: Unmet, sent: tuple[str, bytes] | None, at_s: float) -> None:
+    def __init__(self, place: SessionLine, unmet: Unmet, sent: tuple[str, bytes] | None, at_s: float) -> None:
         super().__init__(f"{place.path}:{place.line}: {place.text}: {unmet}")
         self.place, self.unmet, self.sent, self.at_s = place, unmet, sent, at_s
 

@@ -231,7 +231,7 @@ def _read_expect(text: str) -> Action:
     status, low, high, command = match.groups()
     lowest = None if low is None else read_number(low)
     highest = read_number(high or low or "0")
-    return actions.Answer(int(status), lowest, highest, None if command is None else int(command))
+    return actions.ExpectedReply(int(status), lowest, highest, None if command is None else int(command))
 
 
 def _read_time(text: str, start: int = 0) -> int:

@@ -19,7 +19,7 @@ from __future__ import annotations
 from typing import Any, Final, NamedTuple, Protocol
 
 from tmcm34x.bench.session.actions import Action, Frame, Nothing, Promise
-from tmcm34x.bench.session.errors import Place, SessionFailedError, Unmet
+from tmcm34x.bench.session.errors import SessionFailedError, SessionLine, Unmet
 from tmcm34x.bench.session.world import Unit
 from tmcm34x.clock import MS, seconds
 from tmcm34x.tmcl.datagram import (
@@ -129,7 +129,7 @@ class Player:
 
     def _failure(self, unmet: Unmet) -> SessionFailedError:
         step = self._step
-        place = Place(self.path, step.line, step.text, self.title)
+        place = SessionLine(self.path, step.line, step.text, self.title)
         return SessionFailedError(place, unmet, self._sent, seconds(self.wire.now))
 
     # Sending

@@ -113,10 +113,10 @@ def _motion(options: dict[str, Any]) -> tuple[Scale, int, int]:
     return best
 
 
-Row = tuple[str, float | int | bool | None, str]
+UnitRow = tuple[str, float | int | bool | None, str]
 
 
-def _current_rows(options: dict[str, Any]) -> list[Row]:
+def _current_rows(options: dict[str, Any]) -> list[UnitRow]:
     """The coil current of a setting, or the setting for a wanted current, as far as the largest one is known."""
     wanted: float | None = options["current_ma"]
     largest: float | None = options["largest_ma"] or MODELS[int(options["model"])].max_current_ma
@@ -137,8 +137,8 @@ def _current_rows(options: dict[str, Any]) -> list[Row]:
     ]
 
 
-def _motion_rows(scale: Scale, speed: int, acceleration: int, distance: float | None) -> list[Row]:
-    rows: list[Row] = [
+def _motion_rows(scale: Scale, speed: int, acceleration: int, distance: float | None) -> list[UnitRow]:
+    rows: list[UnitRow] = [
         ("pulse_divisor", scale.pulse_divisor, "(axis parameter 154)"),
         ("ramp_divisor", scale.ramp_divisor, "(axis parameter 153)"),
         ("max_speed", speed, "(axis parameter 4)"),

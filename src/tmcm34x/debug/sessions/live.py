@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from tmcm34x.bench import World
     from tmcm34x.debug.playback import Playback
     from tmcm34x.firmware.module import FirmwareModule
-    from tmcm34x.firmware.program import Program
+    from tmcm34x.firmware.program import StandAloneProgram
     from tmcm34x.tmcl.datagram import Instruction
 
 POLL_S: Final = 0.05
@@ -69,7 +69,7 @@ class LiveSession(Backward, LocalSession):
     ) -> None:
         super().__init__(module, world, listener, text)
         self._present = Scene(module, self.view)
-        self._live: Program = self.program
+        self._live: StandAloneProgram = self.program
         self._going = self._live.active
         self._controls = self._live.controls
         self._live.on_refusal.append(self._holds_after)

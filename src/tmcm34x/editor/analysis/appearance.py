@@ -75,7 +75,7 @@ def colours(program: Analysis, file: str, first_line: int = 0, last_line: int = 
         yield from _line_colours(program, number, texts[number], program.assembly.lines[file][number])
 
 
-def _line_colours(program: Analysis, number: int, text: str, line: parser.Line) -> Iterator[Coloured]:
+def _line_colours(program: Analysis, number: int, text: str, line: parser.SourceLine) -> Iterator[Coloured]:
     statement = line.statement
     included = isinstance(statement, parser.Include)
     if isinstance(statement, parser.Include):
@@ -89,7 +89,7 @@ def _line_colours(program: Analysis, number: int, text: str, line: parser.Line) 
             yield Coloured(number, token.start, len(token.text), type_, definition=token.start in defined)
 
 
-def _defined(line: parser.Line) -> set[int]:
+def _defined(line: parser.SourceLine) -> set[int]:
     """The columns of the names that a line defines."""
     names = list(line.labels)
     if isinstance(line.statement, parser.Constant):
@@ -145,7 +145,7 @@ def _regions(texts: Sequence[str]) -> Iterator[Fold]:
             yield Fold(begun.pop(), number, "region")
 
 
-def _fold_kind(line: parser.Line) -> str:
+def _fold_kind(line: parser.SourceLine) -> str:
     if isinstance(line.statement, parser.Include):
         return "imports"
     if isinstance(line.statement, parser.Constant):

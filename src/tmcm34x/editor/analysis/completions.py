@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Final, Literal, NamedTuple
 
-from tmcm34x.editor.analysis.program import Analysis, Place
+from tmcm34x.editor.analysis.program import Analysis, TextPosition
 from tmcm34x.editor.analysis.texts import command_text, parameter_of, parameter_text
 from tmcm34x.tmcl.axis_parameters import AXIS_PARAMETERS, AxisParameter
 from tmcm34x.tmcl.commands import BY_MNEMONIC, COMMANDS, MOTORS, Command
@@ -69,7 +69,7 @@ class Cursor(NamedTuple):
     start: int
 
 
-def completions(program: Analysis, place: Place) -> list[Completion]:
+def completions(program: Analysis, place: TextPosition) -> list[Completion]:
     """What may stand at a place."""
     cursor = cursor_at(program.text(place.file, place.line), place.column)
     if cursor.place == "head":
@@ -131,7 +131,7 @@ def _symbol_completions(program: Analysis, kind: Literal["label", "constant"]) -
             yield Completion(symbol.name, kind, symbol.name, detail, symbol.comment)
 
 
-def _local_labels(program: Analysis, place: Place) -> Iterator[Completion]:
+def _local_labels(program: Analysis, place: TextPosition) -> Iterator[Completion]:
     """The local labels of the routine around a place."""
     routine = 0
     found: list[str] = []
@@ -147,7 +147,7 @@ def _local_labels(program: Analysis, place: Place) -> Iterator[Completion]:
         yield Completion(name, "label", name, "local label")
 
 
-def signature(program: Analysis, place: Place) -> Signature | None:
+def signature(program: Analysis, place: TextPosition) -> Signature | None:
     """How the command around a place is written."""
     cursor = cursor_at(program.text(place.file, place.line), place.column)
     row = cursor.row

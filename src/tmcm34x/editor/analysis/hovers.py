@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from tmcm34x.editor.analysis.program import Analysis, Place
+from tmcm34x.editor.analysis.program import Analysis, TextPosition
 from tmcm34x.editor.analysis.texts import command_text, parameter_of, parameter_text, symbol_text
 from tmcm34x.editor.analysis.values import value_text
 from tmcm34x.tmcl.commands import Command
@@ -27,7 +27,7 @@ class Hover(NamedTuple):
     location: Location
 
 
-def hover(program: Analysis, place: Place) -> Hover | None:
+def hover(program: Analysis, place: TextPosition) -> Hover | None:
     """What the word at a place means."""
     token = program.token_at(place)
     parsed = program.line_at(place.file, place.line)
@@ -38,7 +38,7 @@ def hover(program: Analysis, place: Place) -> Hover | None:
     return Hover(text, Location(place.file, place.line + 1, token.start + 1, token.end + 1)) if text else None
 
 
-def _explanations(program: Analysis, place: Place) -> Iterator[str]:
+def _explanations(program: Analysis, place: TextPosition) -> Iterator[str]:
     """The pages of the diagnostics at a place."""
     codes = [
         item.code
@@ -50,7 +50,9 @@ def _explanations(program: Analysis, place: Place) -> Iterator[str]:
         yield f"**{code}** {title(code)}\n\n{page(code)}"
 
 
-def _hover_texts(program: Analysis, file: str, line: int, token: Token, parsed: parser.Line) -> Iterator[str]:
+def _hover_texts(
+    program: Analysis, file: str, line: int, token: Token, parsed: parser.SourceLine
+) -> Iterator[str]:
     statement = parsed.statement
     in_comment = parsed.comment is not None and token.start >= parsed.comment
     if isinstance(statement, parser.Include):
@@ -72,7 +74,7 @@ def _name_texts(
     program: Analysis, file: str, line: int, token: Token, statement: parser.Statement | None
 ) -> Iterator[str]:
     """About a name or number: the symbol that it is, the operand that it is part of, the function that it calls."""
-    symbol = program.symbol_at(Place(file, line, token.start))
+    symbol = program.symbol_at(TextPosition(file, line, token.start))
     if symbol is not None:
         yield symbol_text(symbol[0])
     entry = program.codes.get((file, line))

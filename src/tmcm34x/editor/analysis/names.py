@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final, NamedTuple
 
-from tmcm34x.editor.analysis.program import Analysis, Place
+from tmcm34x.editor.analysis.program import Analysis, TextPosition
 from tmcm34x.toolchain.assembler import Symbol
 from tmcm34x.toolchain.diagnostics import Edit, Location
 from tmcm34x.toolchain.flow import CSUB
@@ -22,7 +22,7 @@ class Outline(NamedTuple):
     last_line: int
 
 
-def definition(program: Analysis, place: Place) -> Location | None:
+def definition(program: Analysis, place: TextPosition) -> Location | None:
     """Where the name at a place is defined; for an `#include` the beginning of that file."""
     included = program.assembly.includes.get((place.file, place.line + 1))
     if included is not None:
@@ -31,7 +31,7 @@ def definition(program: Analysis, place: Place) -> Location | None:
     return None if found is None or is_standard(found[0].definition.file) else found[0].definition
 
 
-def references(program: Analysis, place: Place, *, definition: bool = True) -> list[Location]:
+def references(program: Analysis, place: TextPosition, *, definition: bool = True) -> list[Location]:
     """Where the name at a place is used, and defined if wanted."""
     found = program.symbol_at(place)
     if found is None:
@@ -41,7 +41,7 @@ def references(program: Analysis, place: Place, *, definition: bool = True) -> l
     return [symbol.definition, *symbol.references] if known else list(symbol.references)
 
 
-def rename(program: Analysis, place: Place, new_name: str) -> tuple[Edit, ...]:
+def rename(program: Analysis, place: TextPosition, new_name: str) -> tuple[Edit, ...]:
     """The edits that rename the label or constant at a place; raises `ValueError` where that cannot be."""
     found = program.symbol_at(place)
     if found is None:

@@ -18,7 +18,7 @@ from tmcm34x.toolchain.tokens import Token, tokenize
 _SAP: Final = BY_MNEMONIC["SAP"].number
 
 
-class Place(NamedTuple):
+class TextPosition(NamedTuple):
     """A place between two characters."""
 
     file: str
@@ -39,14 +39,14 @@ class Analysis:
         lines = self.assembly.sources.get(file, [])
         return lines[line] if 0 <= line < len(lines) else ""
 
-    def token_at(self, place: Place) -> Token | None:
+    def token_at(self, place: TextPosition) -> Token | None:
         """The word that a place touches."""
         tokens = tokenize(self.text(place.file, place.line))
         touching = [token for token in tokens if token.start <= place.column <= token.end]
         names = [token for token in touching if token.kind != "operator"]
         return (names or touching or [None])[-1]
 
-    def symbol_at(self, place: Place) -> tuple[Symbol, Location] | None:
+    def symbol_at(self, place: TextPosition) -> tuple[Symbol, Location] | None:
         """The label or constant at a place, and where exactly its name stands."""
         token = self.token_at(place)
         symbol = self.assembly.symbols.get(token.text.upper()) if token is not None else None
@@ -67,7 +67,7 @@ class Analysis:
             if not code.appended
         }
 
-    def line_at(self, file: str, line: int) -> parser.Line | None:
+    def line_at(self, file: str, line: int) -> parser.SourceLine | None:
         """One parsed line, counted from 0; None where there is none."""
         lines = self.assembly.lines.get(file, [])
         return lines[line] if 0 <= line < len(lines) else None

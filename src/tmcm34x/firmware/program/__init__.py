@@ -11,7 +11,7 @@
 """
 
 from tmcm34x.firmware.program.counts import Counts
-from tmcm34x.firmware.program.program import Program
+from tmcm34x.firmware.program.program import StandAloneProgram
 from tmcm34x.firmware.program.state import ProgramError, RunState
 
-__all__ = ["Counts", "Program", "ProgramError", "RunState"]
+__all__ = ["Counts", "ProgramError", "RunState", "StandAloneProgram"]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from tmcm34x.clock import Value
 
 
-class Program(Execution):
+class StandAloneProgram(Execution):
     """The stand-alone program of one module."""
 
     # What others see and set

@@ -6,16 +6,18 @@ from collections.abc import Sequence
 
 from tmcm34x.toolchain.expressions import Expression, Operand
 from tmcm34x.toolchain.mending.text import Change
-from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Line, Problem, Statement
+from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Problem, SourceLine, Statement
 from tmcm34x.toolchain.tokens import Token
 
 
-def moved(line: Line, changes: Sequence[Change]) -> Line:
+def moved(line: SourceLine, changes: Sequence[Change]) -> SourceLine:
     """A line parsed from a changed text, with the columns of the text before the changes."""
     back = _Back(sorted(changes))
     comment = None if line.comment is None else back.start(line.comment)
     labels = tuple(map(back.token, line.labels))
-    return Line(labels, back.statement(line.statement), comment, tuple(map(back.problem, line.problems)))
+    return SourceLine(
+        labels, back.statement(line.statement), comment, tuple(map(back.problem, line.problems))
+    )
 
 
 class _Back:

@@ -40,7 +40,7 @@ class Mistake(NamedTuple):
     changes: tuple[tuple[int, Change], ...] = ()
 
 
-def mend(texts: Sequence[str], lines: list[parser.Line]) -> list[Mistake]:
+def mend(texts: Sequence[str], lines: list[parser.SourceLine]) -> list[Mistake]:
     """Puts into `lines` what the wrong ones were meant to be; returns the mistakes."""
     wrong = [
         index
@@ -56,7 +56,7 @@ def _is_unknown(statement: parser.Statement | None) -> bool:
 
 
 class _File:
-    def __init__(self, texts: Sequence[str], lines: list[parser.Line]) -> None:
+    def __init__(self, texts: Sequence[str], lines: list[parser.SourceLine]) -> None:
         self.texts = texts
         self.lines = lines
         self.mistakes: list[Mistake] = []
@@ -227,7 +227,7 @@ class _File:
         line = self.with_colon(index)
         return line is not None and suits(line)
 
-    def with_colon(self, index: int) -> parser.Line | None:
+    def with_colon(self, index: int) -> parser.SourceLine | None:
         """A line with the colon that it may lack after its label; None where it is complete."""
         found = next((problem for problem in self.lines[index].problems if problem.replacement), None)
         if found is None or found.code != "E103" or found.replacement is None:

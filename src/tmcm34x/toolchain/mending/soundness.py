@@ -15,7 +15,7 @@ _DIGITS: Final = 11
 """Numbers of so many digits fit into no field."""
 
 
-def sound(line: parser.Line) -> bool:
+def sound(line: parser.SourceLine) -> bool:
     """Whether a line is whole: a command with as many operands as it takes, its words among them."""
     statement = line.statement
     if line.problems:
@@ -42,7 +42,7 @@ def _takes(operand: OperandRow, written: object) -> bool:
     return operand.kind != "address" or isinstance(written, Token)
 
 
-def suits(line: parser.Line) -> bool:
+def suits(line: parser.SourceLine) -> bool:
     """Whether the plain numbers of a sound line are such as its command takes."""
     statement = line.statement
     if not sound(line) or not isinstance(statement, parser.Command):

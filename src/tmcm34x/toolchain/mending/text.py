@@ -6,7 +6,7 @@ import re
 from typing import Final, NamedTuple
 
 from tmcm34x.tmcl.commands import BY_MNEMONIC
-from tmcm34x.tmcl.commands import Command as Row
+from tmcm34x.tmcl.commands import Command as CommandRow
 from tmcm34x.toolchain.tokens import BLANKS
 
 Change = tuple[int, int, str]
@@ -43,7 +43,7 @@ class Text(NamedTuple):
     labels: frozenset[str]
 
     @property
-    def row(self) -> Row | None:
+    def row(self) -> CommandRow | None:
         """The command that the first word is; None where it is none."""
         return BY_MNEMONIC.get(self.head.upper())
 

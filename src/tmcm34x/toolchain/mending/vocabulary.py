@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from tmcm34x.tmcl.commands import BY_MNEMONIC, SISTER_COMMANDS
-from tmcm34x.tmcl.commands import Command as Row
+from tmcm34x.tmcl.commands import Command as CommandRow
 from tmcm34x.toolchain import parser
 from tmcm34x.toolchain.diagnostics import article, one_of, shown
 from tmcm34x.toolchain.mending import words
@@ -59,7 +59,7 @@ def misspelt(line: Text) -> Iterator[Repair]:
         yield Repair("E201", line.body, line.rest, text)
 
 
-def _with_head(line: Text, name: str) -> parser.Line:
+def _with_head(line: Text, name: str) -> parser.SourceLine:
     """The line with another command."""
     return parser.parse_line(changed(line.text, ((line.body, line.rest, name),)))
 
@@ -90,7 +90,7 @@ def _glued_command(line: Text) -> Iterator[Repair]:
             yield change("E103", f"a space is missing after {name}", (place, place, " "))
 
 
-def _glued_word(line: Text, row: Row) -> Iterator[Repair]:
+def _glued_word(line: Text, row: CommandRow) -> Iterator[Repair]:
     words_of = row.operands[0].words if row.operands else ()
     first = next(iter(tokenize(line.text, line.rest, line.end)), None)
     written = "" if first is None else first.text.upper()
@@ -103,7 +103,7 @@ def _glued_word(line: Text, row: Row) -> Iterator[Repair]:
             yield change("E103", f"',' is missing after {word}", (place, place, ", "))
 
 
-def _jumps(row: Row) -> bool:
+def _jumps(row: CommandRow) -> bool:
     return row.operands[-1].kind == "address"
 
 
