@@ -121,10 +121,10 @@ def answer_requests(core: ModuleState, motors: int = ALL_MOTORS) -> None:
     for row in core.requests:
         if row.mask & motors:
             asked |= row.mask
-    reached = _reached(core, asked) if asked else 0
-    due = [row for row in core.requests if not row.mask & ~reached]
+    missing = ~_reached(core, asked) if asked else ~0
+    due = [row for row in core.requests if not row.mask & missing]
     if due:
-        core.requests = [row for row in core.requests if row.mask & ~reached]
+        core.requests = [row for row in core.requests if row.mask & missing]
         for row in due:
             row.port.target_reached(row.mask, row.size)
 

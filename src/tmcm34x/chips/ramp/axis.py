@@ -39,6 +39,7 @@ class RampAxis(Law):
         """Start a new chain at `state`."""
         self.parts.clear()
         self.begin = self.seen = state
+        self._asked, self._speed = state.n, state.v
 
     def at(self, n: int) -> RampState:
         """The state after tick n, which must not be earlier than the last `cut`."""
@@ -48,9 +49,10 @@ class RampAxis(Law):
 
     def velocity(self, n: int) -> int:
         """The velocity after tick n, signed and in 1/256, like `at`."""
-        if n == self.seen.n:
-            return self.seen.v
-        return self._part(n).velocity(n) if n > self.begin.n else self.begin.v
+        if n != self._asked:
+            self._speed = self._part(n).velocity(n) if n > self.begin.n else self.begin.v
+            self._asked = n
+        return self._speed
 
     def position(self, n: int) -> int:
         """X_ACTUAL after tick n, like `at`."""

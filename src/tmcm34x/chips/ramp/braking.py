@@ -15,6 +15,9 @@ from tmcm34x.chips.ramp.state import LAST, TURN, RampState
 Place = tuple[int, int, int]
 """Between two ramp ticks while braking: tick, speed, and what the pulse ticks have to add up to for the target."""
 
+_FEW: Final = 4
+"""So many ramp intervals are walked one by one sooner than by a part of their own."""
+
 BEYOND: Final = -TURN << 11
 """Left of the way where a walk need not stop short of anything."""
 
@@ -30,7 +33,7 @@ class Braking(Part):
 
     __slots__ = ("_checkpoints", "_end", "_found", "_near", "_recent", "_ticks")
 
-    EVERY: Final = 64
+    EVERY: Final = 128
     """Small steps from one checkpoint to the next."""
 
     def __init__(self, law: Law, start: RampState, direction: int) -> None:
@@ -163,34 +166,50 @@ class Braking(Part):
     def _walk_intervals(self, place: Place, until: int, left: int) -> Place:
         """Up to EVERY ramp intervals, while the root of the distance is more than V_MIN.
 
-        The speed follows the root unless it would have to fall by more than A_MAX.
+        The speed follows the root unless it would have to fall by more than A_MAX.  It does not rise, so that some
+        intervals are certain not to come near the end, or else one is tried.
         """
         law = self.law
-        first, speed, way = place
-        rise, factor, shift, step = law.rise, law.factor, law.shift, law.a_max
-        interval = law.ramp_mask + 1
+        n, speed, way = place
+        step, factor, shift = law.a_max, law.factor, law.shift
+        pulses, interval = 1 << law.rise, law.ramp_mask + 1
         near = max(left, self._near)
-        if way <= near or until < first + interval:
+        if way <= near:
             return place
+        room = min(until - n >> law.ramp_div, self.EVERY)
         root = partial(_shifted_root, shift) if shift else isqrt
-        n, v, before = first, 0, speed
-        last = min(until, first + self.EVERY * interval)
-        way, near = way - 1, near - 1
-        for n in range(first + interval, last + 1, interval):  # noqa: B007 (used after the loop)
-            before = speed
-            speed -= step
-            slowest = speed >> 8
-            v = int(sqrt(float(factor * (way >> 11) >> shift))) if COMPILED else root(factor * (way >> 11))
-            if v > slowest:
-                speed = v << 8
-            else:
-                v = slowest
-            way -= v << rise
-            if way <= near:
-                break
-        if way < left:
-            return n - interval, before, way + 1 + (v << rise)
+        way -= 1
+        fastest = max(speed >> 8, root(factor * (way >> 11)))
+        while room > 0 and way >= near:
+            before = n, speed, way + 1
+            count = max(1, min(room, (way - near) // (fastest * pulses)))
+            for _ in range(count):
+                speed -= step
+                slowest = speed >> 8
+                square = factor * (way >> 11)
+                v = int(sqrt(float(square >> shift))) if COMPILED else root(square)
+                if v > slowest:
+                    speed = v * 256
+                else:
+                    v = slowest
+                way -= v * pulses
+            if way < left:
+                return before
+            n += count * interval
+            room -= count
+            fastest = speed >> 8
         return n, speed, way + 1
+
+    def _slowed(self, place: Place, aim: int) -> Place:
+        """The place after the speed has fallen by A_MAX, or by a multiple of it where that is far from the aim."""
+        n, speed, way = place
+        law = self.law
+        slower = speed - law.a_max
+        if law.rise >= 0 and slower - _FEW * law.a_max >> 8 <= aim:
+            return n + law.ramp_mask + 1, slower, way - (slower >> 8 << law.rise)
+        self._found = piece = self._piece(place)
+        end = piece.end
+        return end, abs(piece.velocity(end)), way - (piece.weight(end) - piece.start.acc)
 
     def _walk_velocities(self, place: Place, until: int, left: int) -> Place:
         """Up to EVERY stretches in which the integer part of the velocity is the one aimed at."""
@@ -202,9 +221,7 @@ class Braking(Part):
                 break
             aim = law.allowed(-(-way >> 11))
             if speed - a_max >> 8 > aim:
-                self._found = piece = self._piece(place)
-                end, begin = piece.end, piece.start
-                after = end, abs(piece.velocity(end)), way - (piece.weight(end) - begin.acc)
+                after = self._slowed(place, aim)
             elif aim:
                 pulses = -(-(way - (law.nearest(aim) - 1 << 11)) // aim)
                 if rise >= 0:

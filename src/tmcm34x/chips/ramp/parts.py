@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import sqrt
+from functools import cache
+from itertools import accumulate
+from math import gcd, sqrt
 
 from tmcm34x.chips.ramp.law import Law
 from tmcm34x.chips.ramp.state import LAST, RampState, signed24
@@ -11,18 +13,23 @@ from tmcm34x.chips.ramp.state import LAST, RampState, signed24
 
 def floors(start: int, step: int, count: int) -> int:
     """The sum of (start + i*step) >> 8 for i = 0 .. count - 1."""
-    total = (start >> 8) * count + (step >> 8) * (count * (count - 1) >> 1)
-    start &= 255
-    step &= 255
-    modulus = 256
-    while (top := step * count + start) >= modulus:
-        count, start = divmod(top, modulus)
-        modulus, step = step, modulus
-        quotient, step = divmod(step, modulus)
-        total += quotient * (count * (count - 1) >> 1)
-        quotient, start = divmod(start, modulus)
-        total += quotient * count
-    return total
+    divisor, places, sums = _residues(step & 255)
+    first = places[(start & 255) // divisor]
+    rounds, rest = divmod(count, len(places))
+    residues = start % divisor * count + rounds * sums[len(places)] + sums[first + rest] - sums[first]
+    return start * count + step * (count * (count - 1) >> 1) - residues >> 8
+
+
+@cache
+def _residues(step: int) -> tuple[int, list[int], list[int]]:
+    """What i*step leaves when divided by 256 comes round: all multiples of a divisor, once in each round.
+
+    Gives back that divisor; at which i each of its multiples comes; the sums of the first remainders, for two rounds.
+    """
+    divisor = gcd(step, 256)
+    remainders = [i * step & 255 for i in range(256 // divisor)]
+    places = [remainders.index(multiple) for multiple in range(0, 256, divisor)]
+    return divisor, places, [0, *accumulate(remainders * 2)]
 
 
 class Part:

@@ -42,6 +42,8 @@ _ACTING: Final = frozenset({INTERRUPTS, X_LATCHED, A_ACTUAL, USTEP_COUNT})
 """Registers of a motor in which what is written is not kept."""
 _MOVING: Final = frozenset({X_ACTUAL, V_ACTUAL})
 """Registers that change by themselves: whatever is written is new."""
+_LIVING: Final = frozenset({X_ACTUAL, V_TARGET, V_ACTUAL, A_ACTUAL, USTEP_COUNT})
+"""Registers of a motor in which something else is read than what was written last."""
 _NUMBERS: Final = {
     V_MIN: (("v_min", FIELD["V_MIN"]),),
     V_MAX: (("v_max", FIELD["V_MAX"]),),
@@ -114,17 +116,17 @@ def wake(core: Core) -> None:
 def read_motor(core: Core, motor: int, index: int) -> int:
     """The 24 bits of a register of a motor."""
     axis = core.axes[motor]
-    if index == X_ACTUAL:
-        return axis.position(core.tick()) & DATA
     if index == V_ACTUAL:
         return v_actual(axis.velocity(core.tick())) & 0xFFF
+    if index not in _LIVING:
+        return core.words[motor][index]
+    if index == X_ACTUAL:
+        return axis.position(core.tick()) & DATA
     if index == V_TARGET:
         return axis.v_target_read(axis.at(core.tick())) & 0xFFF
     if index == A_ACTUAL:
         return axis.at(core.tick()).a & 0xFFF
-    if index == USTEP_COUNT:
-        return axis.at(core.tick()).wave & 255 if core.part == "TMC429" else 0
-    return core.words[motor][index]
+    return axis.at(core.tick()).wave & 255 if core.part == "TMC429" else 0
 
 
 def write_motor(core: Core, motor: int, index: int, data: int) -> None:

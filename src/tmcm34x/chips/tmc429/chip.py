@@ -6,7 +6,7 @@ Source: TMC429 datasheet 6 and 8.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from tmcm34x.chips.ramp import LAST, TURN, v_actual
 from tmcm34x.chips.registers import BY_INDEX, COMMON, DATA, RAM, READ
@@ -21,6 +21,11 @@ from tmcm34x.chips.tmc429.core import (
     Core,
 )
 from tmcm34x.clock import HZ, NEVER, digest
+
+_MOTOR_READS: Final = {
+    motor << 29 | index << 25 | READ: (motor, index) for motor in MOTORS for index in range(16)
+}
+"""The datagrams that read a register of a motor, the most frequent ones: motor and index."""
 
 
 class Motion(NamedTuple):
@@ -78,18 +83,20 @@ class Tmc429(Core):
 
     def advance(self, now: int) -> None:
         """Bring the chip to clock `now`."""
-        if self.now <= now < self.due:
+        if now < self.now:
+            raise ValueError(f"the chip is at clock {self.now} and cannot go back to {now}")
+        if now < self.due:
             self.now = now
             if not self.holds:
                 self.status = -1
             return
-        if now < self.now:
-            raise ValueError(f"the chip is at clock {self.now} and cannot go back to {now}")
-        while (due := self.next_event()) <= now:
+        due = self.next_event()
+        while due <= now:
             if due == NEVER:
                 raise ValueError("NEVER is not a clock to go to")
             self.now = due
             self._happen()
+            due = self.due = self._plan()
         self.now = now
         self.status = -1
 
@@ -109,9 +116,10 @@ class Tmc429(Core):
         """The clock of the next event."""
         if self.asleep != NEVER:
             return NEVER
-        tick, marks, wanted = self.tick(), self.marks, chain.wanted(self)
-        for motor in MOTORS:
-            if marks[motor] <= tick:
+        tick, marks = self.now - self.origin >> 5, self.marks
+        wanted = (self.armed or self.unsampled) and chain.wanted(self)
+        for motor, mark in enumerate(marks):
+            if mark <= tick:
                 up, down = ([], []) if wanted else self._noticed(motor)
                 marks[motor] = self.axes[motor].next_mark(tick, up, down)
         first = min(marks)
@@ -169,7 +177,8 @@ class Tmc429(Core):
         if chain.wanted(self) and axis.at(tick - 1).x != axis.at(tick).x:
             chain.send(self)
         axis.forget(tick)
-        self.plan_changed(motor)
+        if self.on_plan:
+            self.plan_changed(motor)
 
     # ---- the datagram
 
@@ -183,6 +192,10 @@ class Tmc429(Core):
         if self.asleep != NEVER:
             bus.wake(self)
         reply = (self.status if self.status >= 0 else bus.status(self)) << 24
+        read = _MOTOR_READS.get(datagram)
+        if read is not None:
+            motor, index = read
+            return reply | bus.read_motor(self, motor, index)
         area, index = datagram >> 29 & 3, datagram >> 25 & 15
         if datagram & RAM:
             reading = bool(datagram & READ)
