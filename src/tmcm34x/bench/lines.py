@@ -67,11 +67,11 @@ class SerialEnd:
         baud_rate: the sender's; modules at another one receive nothing (fidelity WIRE-8).  None is the module's own
         """
         crowd = self._crowd
-        if crowd is not None:
-            crowd.know()
         if crowd is None:
             self._receive(data, over, baud_rate)
-        elif self._only is not None:
+            return
+        crowd.know()
+        if self._only is not None:
             crowd.reach(self._only)
             self._receive(data, over, baud_rate)
             crowd.look(self._modules)

@@ -159,10 +159,9 @@ class FirmwareModule(ModuleState):
 
     def next_event(self) -> int:
         """The next clock at which something could be noticed from outside."""
-        due = self.next_disturbance()
         if self.program.state:
-            due = min(due, self.program.next_event())
-        return due
+            return min(self.next_disturbance(), self.program.next_event())
+        return self.next_disturbance()
 
     def next_disturbance(self) -> int:
         """The next clock at which something besides the stand-alone program has an event."""

@@ -213,12 +213,14 @@ class Server:
 
     def arrive(self) -> bool:
         """The same for a line, which brings the modules that it needs there by itself; `look_ahead` afterwards."""
-        target = self._target()
+        target = self.pace.target()
+        if target < self.rig.now:
+            target = self._turn_back()
         when, self._next = self._next, _UNKNOWN
         if when <= target and not self._work(target):
             return False
         if target < clock.NEVER:
-            self._time.advance(target)
+            (self.part if self.crowd is None else self.crowd).advance(target)
         return True
 
     @property
@@ -226,13 +228,11 @@ class Server:
         """What time is brought on with."""
         return self.part if self.crowd is None else self.crowd
 
-    def _target(self) -> int:
-        """The clock to bring the bench to; a wall clock that has gone back begins a new line there."""
-        target = self.pace.target()
-        if target < (now := self.rig.now):
-            self.pace.draw(now)
-            return now
-        return target
+    def _turn_back(self) -> int:
+        """The wall clock has gone back: time goes on from where the bench is, which is given back."""
+        now = self.rig.now
+        self.pace.draw(now)
+        return now
 
     def settle(self) -> None:
         """Something may have been done on the bench: look ahead."""
