@@ -160,6 +160,14 @@ def test_what_fits_at_a_place_is_proposed(text, some):
         assert "lead_mm" not in found
 
 
+@pytest.mark.parametrize(
+    "line", ["x" * 90_000, "x." * 45_000 + " ", "x = {" * 90_000, "[" * 90_000, " " * 90_000 + "="]
+)
+def test_a_line_of_any_length_costs_little(part):
+    line = part * 90_000
+    assert complete(line, 1, len(line) + 1) == []
+
+
 _IN_THREADS = """
 import threading
 from tmcm34x.bench.description import parse

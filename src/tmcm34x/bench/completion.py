@@ -17,6 +17,8 @@ from tmcm34x.bench.description import Bench
 _HEADER: Final = re.compile(r"^\s*\[{1,2}\s*([\w.]*)\s*(\]{0,2})")
 _KIND: Final = re.compile(r'\bkind\s*=\s*["\'](\w*)["\']')
 _VALUE: Final = re.compile(r"([\w.]+)\s*=\s*[\"\']?\w*\Z")
+LONGEST: Final = 1000
+"""Characters of a line before the cursor; behind more, nothing is suggested: work grows with their square."""
 
 
 class Suggestion(NamedTuple):
@@ -37,6 +39,8 @@ def complete(text: str, line: int, column: int) -> list[Suggestion]:
     """Suggestions for the place before `column` of `line`, both from 1."""
     lines = text.split("\n")[:line]
     before = lines[-1][: column - 1] if lines else ""
+    if len(before) > LONGEST:
+        return []
     if before.lstrip().startswith("[") and "=" not in before:
         return _headers(before)
     header = next((match[1] for text in reversed(lines[:-1]) if (match := _HEADER.match(text))), "")
