@@ -552,7 +552,9 @@ def test_the_monitor_writes_csv_and_draws_a_table():
 
 def test_a_scan_finds_a_module_whose_address_is_forgotten(serve):
     served = serve("--tcp", 0, "--address", 23)
-    result = tmcm34x("scan", f"tcp:{served.tcp}", "--first", *(f"--address={n}" for n in range(20, 26)))
+    result = tmcm34x(
+        "scan", f"tcp:{served.tcp}", "--first", "--wait", 1, *(f"--address={n}" for n in range(20, 26))
+    )
     assert result.exit_code == 0
     assert result.output == f"tcp:{served.tcp}?address=23  TMCM-343 V4.36, address 23\n"
     assert tmcm34x("send", "GAP 4, 0", port=f"tcp:{served.tcp}?address=23").exit_code == 0
@@ -560,7 +562,7 @@ def test_a_scan_finds_a_module_whose_address_is_forgotten(serve):
 
 def test_a_scan_lists_a_module_on_a_port_without_a_bit_rate_once(serve):
     served = serve("--pty", "--speed", 20)
-    result = tmcm34x("scan", served.pty, "--address", 1)
+    result = tmcm34x("scan", served.pty, "--address", 1, "--wait", 1)
     assert result.output == f"serial:{served.pty}?baud=9600&address=1  TMCM-343 V4.36, address 1\n"
 
 
@@ -569,7 +571,17 @@ def test_a_scan_finds_a_module_whose_bit_rate_is_forgotten(serve):
     with Connection.open(f"tcp:{served.tcp}") as connection:
         connection.command(9, 65, 0, 7)
     result = tmcm34x(
-        "scan", "--json", f"serial:{served.pty}", "--address", 1, "--baud", 9600, "--baud", 115200
+        "scan",
+        "--json",
+        f"serial:{served.pty}",
+        "--address",
+        1,
+        "--baud",
+        9600,
+        "--baud",
+        115200,
+        "--wait",
+        1,
     )
     assert [row["url"] for row in json.loads(result.output)] == [f"serial:{served.pty}?baud=115200&address=1"]
 

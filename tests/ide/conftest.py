@@ -1,8 +1,11 @@
-"""Windows of tests say nothing of their own accord: motions wait for them longer than for people's."""
+"""Windows of tests say nothing of their own accord: motions wait for them longer than for people's.
+
+Scans wait longer for replies too, and ask fewer addresses.
+"""
 
 import pytest
 
-from tmcm34x.ide import motions
+from tmcm34x.ide import motions, scanning
 
 
 @pytest.fixture(autouse=True)
@@ -10,3 +13,5 @@ def patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """A busy machine must not end what a test has begun."""
     monkeypatch.setattr(motions, "JOG_PATIENCE_S", 60.0)
     monkeypatch.setattr(motions, "PATIENCE_S", 60.0)
+    monkeypatch.setattr(scanning, "WAIT_S", 1.0)
+    monkeypatch.setattr(scanning, "LIKELY_ADDRESSES", 2)

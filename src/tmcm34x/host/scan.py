@@ -32,7 +32,8 @@ _REPLY_ID: Final = Instruction(NUMBERS["GGP"], BY_KEY["can_reply_id"].number)
 _BITS: Final = 10
 LATENCY_S: Final = 0.03
 """What adapters and computers add to the time that two telegrams take on the wire; the longest reply pause besides."""
-
+PATIENCE_S: Final = 1.0
+"""For a reply of a module that has replied already."""
 NETWORK_S: Final = 0.12
 """What a network adds besides, and a serial line behind it, whose bit rate is not known here."""
 
@@ -129,7 +130,10 @@ def scan(
     failed: Callable[[str], None] = silent,
     pause_s: float = LATENCY_S,
 ) -> Generator[Found]:
-    """Look everywhere in order; `failed` takes a line for each port that cannot be opened."""
+    """Look everywhere in order; `failed` takes a line for each port that cannot be opened.
+
+    pause_s: how long to wait for a reply, beside the time that two telegrams take on the wire
+    """
     lines = _Lines(pause_s)
     try:
         for done, attempt in enumerate(attempts):
@@ -166,18 +170,19 @@ class _Lines:
             return None
         found = self.ask(attempt)
         if found is not None and url.scheme == "serial" and url.target not in self._only_baud:
-            foreign = self.ask(attempt._replace(url=url.replaced(baud=FOREIGN_BAUD)))
+            foreign = self.ask(attempt._replace(url=url.replaced(baud=FOREIGN_BAUD)), PATIENCE_S)
             self._only_baud[url.target] = None if foreign is None else url.baud
         return found
 
-    def ask(self, attempt: Try) -> Found | None:
-        """Whether a module replies there.  Raises `LinkError`."""
+    def ask(self, attempt: Try, patience_s: float = 0.0) -> Found | None:
+        """Whether a module replies there, in this time at least.  Raises `LinkError`."""
         if attempt.url.target in self._dead:
             return None
         if self._connection is None or self._opened != _line_of(attempt.url):
             self.close()
-            self._connection = _open(attempt, self._pause_s)
+            self._connection = Connection(open_line(attempt.url), retries=0)
             self._opened = _line_of(attempt.url)
+        self._connection.timeout_s = max(_travel_s(attempt.url) + self._pause_s, patience_s)
         return _ask(self._connection, attempt)
 
     def give_up(self, port: str) -> None:
@@ -196,11 +201,6 @@ def _line_of(url: Url) -> str:
     """What has to be opened anew for the next attempt: everything but address and identifier."""
     options = {name: value for name, value in url.options.items() if name not in {"address", "id"}}
     return f"{url.scheme}:{url.target}?{sorted(options.items())}"
-
-
-def _open(attempt: Try, pause_s: float) -> Connection:
-    url = attempt.url
-    return Connection(open_line(url), address=attempt.address, timeout_s=_travel_s(url) + pause_s, retries=0)
 
 
 def _travel_s(url: Url) -> float:
@@ -228,5 +228,6 @@ def _reply_named(connection: Connection, url: Url) -> Url:
     """The URL with the identifier of the module's replies, which the module tells."""
     if url.options.get("reply") != ANY:
         return url
+    connection.timeout_s = PATIENCE_S
     found = connection.run(reading(_REPLY_ID))
     return url.replaced(reply=found.value) if isinstance(found, Value) else url

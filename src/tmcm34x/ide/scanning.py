@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from tmcm34x.host.scan import (
     ADDRESSES,
+    LATENCY_S,
     LIKELY_ADDRESSES,
     Found,
     Try,
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 TELL_S: Final = 0.1
 """Between two messages of progress."""
+WAIT_S: Final = LATENCY_S
+"""How long to wait for each reply, beside its time on the wire."""
 
 
 class _Cancelled(Exception):  # noqa: N818
@@ -99,7 +102,7 @@ def _look(attempts: Sequence[Try], send: Callable[[wire.Event], None], end: thre
         send(wire.ScanFailed(text))
 
     try:
-        for found in scan(attempts, progress, failed):
+        for found in scan(attempts, progress, failed, WAIT_S):
             send(_shape(found))
     except _Cancelled:
         return False

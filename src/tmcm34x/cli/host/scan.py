@@ -19,10 +19,20 @@ from tmcm34x.cli.host.common import complete_port, host_errors, json_option, pri
     "--address", "addresses", multiple=True, type=click.IntRange(0, 2047),
     help="Only this address or CAN identifier; may be given several times.",
 )  # fmt: skip
+@click.option(
+    "--wait", "wait_s", type=click.FloatRange(0, 60), default=0.03, show_default=True, metavar="SECONDS",
+    help="How long to wait for each reply, beside its time on the wire.",
+)  # fmt: skip
 @click.option("--first", is_flag=True, help="Stop at the first module.")
 @json_option
 def command(
-    ports: tuple[str, ...], bauds: tuple[int, ...], addresses: tuple[int, ...], first: bool, as_json: bool
+    *,
+    ports: tuple[str, ...],
+    bauds: tuple[int, ...],
+    addresses: tuple[int, ...],
+    wait_s: float,
+    first: bool,
+    as_json: bool,
 ) -> int:
     """Look for modules on each PORT, all serial ports by default: bit rates, addresses 1 to 255, CAN identifiers.
 
@@ -43,6 +53,7 @@ def command(
                     attempts,
                     lambda done, total, _: show(done, total),
                     lambda line: click.echo(line, err=True),
+                    wait_s,
                 )
             ) as modules,
         ):
