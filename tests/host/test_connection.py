@@ -351,3 +351,24 @@ def test_what_is_urgent_goes_out_while_another_thread_waits():
             peer.recv(9, socket.MSG_WAITALL)
             peer.sendall(reply(5))
             assert waiting.result() == 5
+
+
+class InTurn(int):
+    """The number of a command; while it is looked at, another thread has its turn and sends something urgent."""
+
+    def __eq__(self, other):
+        self.connection.urgent([Instruction(3, 0, 1)])
+        return int(self) == other
+
+    __hash__ = int.__hash__
+
+
+def test_urgent_commands_of_another_thread_upset_no_command_that_is_under_way():
+    line = Line()
+    connection = Connection(line)
+    number = InTurn(3)
+    number.connection = connection
+    connection.urgent([Instruction(number)])
+    line.answers = [reply(7, 10)]
+    assert connection.command(10, 66) == 7
+    assert len(line.sent) > 2

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import sys
+import threading
+
+import pytest
+
 from tmcm34x.ide.telegrams import Telegrams
 from tmcm34x.tmcl.datagram import (
     Instruction,
@@ -50,3 +55,34 @@ def test_replies_of_their_own_form_frames_and_lines_are_paired_too():
     telegrams.write(20, "t", ">", b"AGAP 1, 0\r", "text")
     telegrams.write(27, "t", "<", b"BA 100 0\r", "text")
     assert _pairs(telegrams) == [(0, 0), (1, 5), (0, 0), (3, 3), (0, 0), (5, 7)]
+
+
+@pytest.fixture
+def hasty():
+    """Threads take turns all the time."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(before)
+
+
+def test_each_telegram_that_a_line_notes_is_read_once_meanwhile(hasty):
+    telegrams, count = Telegrams(), 3000
+
+    def note():
+        for number in range(count):
+            telegrams.write(number, "a", ">", pack_request(1, Instruction(GAP, 1)))
+
+    threads = [threading.Thread(target=note) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    seen, skipped = [0], 0
+    while seen[-1] < 2 * count:
+        lines = telegrams.since(seen[-1])
+        if lines is not None:
+            seen += [line.number for line in lines.lines]
+            skipped += lines.dropped
+    for thread in threads:
+        thread.join()
+    assert seen == sorted(set(seen))
+    assert len(seen) - 1 + skipped == 2 * count

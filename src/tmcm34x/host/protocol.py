@@ -99,9 +99,14 @@ class Conversation:
         return not self._owed
 
     def expect(self, instruction: Instruction) -> None:
-        """A command was sent beside this conversation: its reply comes some time."""
+        """A command was sent beside this conversation, perhaps by another thread: its reply comes some time."""
         self.counts.sent += 1
         self._owed.append(_Sent(object(), instruction.number))
+
+    @property
+    def _unanswered(self) -> tuple[_Sent, ...]:
+        """What is owed now: another thread may `expect` more while this one looks."""
+        return tuple(self._owed)
 
     def forget(self) -> None:
         """Expect no more replies to earlier commands."""
@@ -216,7 +221,7 @@ class Conversation:
 
     def _is_ours(self, number: int) -> bool:
         """Whether a reply to command `number` answers this request, and none before it."""
-        first = next((sent.request for sent in self._owed if sent.number == number), None)
+        first = next((sent.request for sent in self._unanswered if sent.number == number), None)
         return number == self._instruction.number and first == self._request
 
     def _take_reply(self, window: bytes) -> Answer | bytes | None:
@@ -242,7 +247,7 @@ class Conversation:
     def _take_other(self, window: bytes) -> None:
         """A whole reply of our module to another command: late if we sent it, else another host's."""
         self._skip()
-        for index, sent in enumerate(self._owed):
+        for index, sent in enumerate(self._unanswered):
             if sent.request != self._request and sent.number == window[3]:
                 for _ in range(index + 1):
                     self._owed.popleft()
@@ -309,12 +314,12 @@ class Conversation:
     def _ambiguous(self, number: int) -> bool:
         """Whether a late reply could be taken for the answer to command `number`."""
         if number in OWN_FORMS:
-            return any(sent.request != self._request for sent in self._owed)
-        return any(sent.number == number and sent.request != self._request for sent in self._owed)
+            return any(sent.request != self._request for sent in self._unanswered)
+        return any(sent.number == number and sent.request != self._request for sent in self._unanswered)
 
     def _begin_probe(self, address: int) -> bytes:
-        number = VERSION if all(sent.number != VERSION for sent in self._owed) else GET_STATUS
-        if any(sent.number == number for sent in self._owed):
+        number = VERSION if all(sent.number != VERSION for sent in self._unanswered) else GET_STATUS
+        if any(sent.number == number for sent in self._unanswered):
             number = GIO
         self._probe = pack_request(address, Instruction(number, int(number == VERSION)))
         self._owed.append(_Sent(self._request, number))
@@ -370,7 +375,7 @@ class Conversation:
                 self._forget(window[3])
 
     def _forget(self, number: int) -> None:
-        for index, sent in enumerate(self._owed):
+        for index, sent in enumerate(self._unanswered):
             if sent.number == number:
                 for _ in range(index + 1):
                     self._owed.popleft()

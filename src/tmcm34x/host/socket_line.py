@@ -37,9 +37,15 @@ class SocketLine(RealTime):
             try:
                 data = data[self._socket.send(data) :]
             except BlockingIOError:
-                select.select([], [self._socket], [])
+                self._wait_for_room()
             except OSError as error:
                 raise self._lost(reason(error)) from error
+
+    def _wait_for_room(self) -> None:
+        try:
+            select.select([], [self._socket], [])
+        except (OSError, ValueError) as error:
+            raise self._lost("closed here") from error
 
     def read(self, size: int, timeout_s: float) -> bytes:
         """At least `size` bytes, or what has come when the time is over."""

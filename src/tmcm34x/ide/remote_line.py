@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import threading
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -65,6 +66,8 @@ class RemoteLine:
         self._link = POLL
         self._urgencies = 0
         """How often something urgent was sent: what was queued before may not be."""
+        self._urging = 0
+        """The thread that is sending something urgent."""
         self._closed = False
         self._garbled = False
         """Bytes came last, but no reply."""
@@ -163,12 +166,13 @@ class RemoteLine:
         connection = self._connection
         if connection is None:
             return
-        self._link = "IDE"
         leave = self._terminal.leave(self._address)
+        self._urging = threading.get_ident()
         with contextlib.suppress(LinkError):
             if leave:
                 connection.line.write(leave)
             connection.urgent(instructions)
+        self._urging = 0
 
     def _exchange(
         self, instruction: Instruction, link: str, urgencies: int | None, retries: int
@@ -238,8 +242,9 @@ class RemoteLine:
         self._moved = True
 
     def _note(self, sent: bool, data: bytes) -> None:
-        if self._link != POLL or self._telegrams.polls_wanted:
-            self._telegrams.write(self.now, self._link, ">" if sent else "<", data)
+        link = "IDE" if self._urging == threading.get_ident() else self._link
+        if link != POLL or self._telegrams.polls_wanted:
+            self._telegrams.write(self.now, link, ">" if sent else "<", data)
 
     def _lose(self) -> None:
         if self._connection is not None:

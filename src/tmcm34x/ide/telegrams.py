@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from threading import Lock
 from typing import Final, NamedTuple
 
 from tmcm34x.ide import wire
@@ -46,9 +47,10 @@ class _Request(NamedTuple):
 
 
 class Telegrams:
-    """The latest telegrams, numbered from 1."""
+    """The latest telegrams, numbered from 1; the thread of a line may write while pages read."""
 
     def __init__(self) -> None:
+        self._lock = Lock()
         self.count = 0
         self.polls_wanted = False
         """Some page wants to see also what the IDE asks for by itself."""
@@ -60,6 +62,10 @@ class Telegrams:
         self, now: float, name: str, direction: Direction, data: bytes, kind: Kind = "telegram"
     ) -> None:
         """Note a telegram."""
+        with self._lock:
+            self._write(now, name, direction, data, kind)
+
+    def _write(self, now: float, name: str, direction: Direction, data: bytes, kind: Kind) -> None:
         self.count += 1
         asked = self._asked.setdefault(name, {})
         if direction == ">":
@@ -74,12 +80,13 @@ class Telegrams:
 
     def since(self, number: int) -> wire.Telegrams | None:
         """The lines after `number`, the latest only where they are too many; none at all gives None."""
-        if number >= self.count:
-            return None
-        first = max(number, self.count - min(len(self._entries), BATCH))
-        start = len(self._entries) - (self.count - first)
-        lines = [_line(self._entries[index]) for index in range(start, len(self._entries))]
-        return wire.Telegrams(lines, first - number)
+        with self._lock:
+            if number >= self.count:
+                return None
+            first = max(number, self.count - min(len(self._entries), BATCH))
+            start = len(self._entries) - (self.count - first)
+            entries = [self._entries[index] for index in range(start, len(self._entries))]
+        return wire.Telegrams(list(map(_line, entries)), first - number)
 
 
 def _command(direction: Direction, data: bytes, kind: Kind) -> int:
