@@ -1,8 +1,10 @@
 """What tests of several packages share."""
 
+import itertools
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -15,6 +17,18 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 COMMAND = str(Path(sys.executable).with_name("tmcm34x"))
+
+
+PATIENCE_S = 60.0
+"""How long a busy machine may take for what is there at once."""
+
+
+def _named(options):
+    """The options with a name for each pseudo terminal: its number is the next one's as soon as it is closed."""
+    for option, following in itertools.zip_longest(options, options[1:], fillvalue="--"):
+        yield option
+        if option == "--pty" and str(following).startswith("--"):
+            yield Path(tempfile.mkdtemp(prefix="pty-")) / "line"
 
 
 class Served:
@@ -46,7 +60,7 @@ class Served:
     def stop(self, number=signal.SIGTERM):
         """End the process; returns what it still had to say on standard output."""
         self.process.send_signal(number)
-        output, errors = self.process.communicate(timeout=10)
+        output, errors = self.process.communicate(timeout=PATIENCE_S)
         assert (self.process.returncode, errors) == (0, "")
         return output
 
@@ -54,8 +68,8 @@ class Served:
 def _serving():
     running = []
 
-    def start(*options):
-        running.append(Served(options))
+    def start(*options, named=True):
+        running.append(Served(list(_named(options)) if named else options))
         return running[-1]
 
     yield start
@@ -68,7 +82,10 @@ def _serving():
 
 @pytest.fixture
 def serve():
-    """Call it with options of `tmcm34x serve`: starts the command and waits until its links are ready."""
+    """Call it with options of `tmcm34x serve`: starts the command and waits until its links are ready.
+
+    named: pseudo terminals without a name are given one
+    """
     yield from _serving()
 
 
@@ -82,7 +99,7 @@ def serve_once():
 def wait_for():
     """Call it with a condition and, perhaps, a time in seconds: waits until it holds, and says whether it does."""
 
-    def wait(condition, timeout_s=5.0):
+    def wait(condition, timeout_s=PATIENCE_S):
         end = time.monotonic() + timeout_s
         while time.monotonic() < end:
             if condition():

@@ -5,11 +5,11 @@ import os
 import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
+from conftest import PATIENCE_S
 from tmcm34x.cli.bench import WORDS
 from tmcm34x.tmcl.datagram import Instruction, pack_request, unpack_reply
 
@@ -29,9 +29,9 @@ class Bench:
         lines = [self.process.stdout.readline().split() for _ in range(2)]
         assert lines[1] == ["ready", "control", self.control]
         host, port = lines[0][2].rsplit(":", 1)
-        self.host = socket.create_connection((host, int(port)), timeout=5)
+        self.host = socket.create_connection((host, int(port)), timeout=PATIENCE_S)
         self.socket = socket.socket(socket.AF_UNIX)
-        self.socket.settimeout(5)
+        self.socket.settimeout(PATIENCE_S)
         self.socket.connect(self.control)
         self.stream = self.socket.makefile("rwb")
 
@@ -53,7 +53,7 @@ class Bench:
     def command(self, *words, **options):
         return subprocess.run(
             [COMMAND, "bench", *map(str, words)],
-            capture_output=True, text=True, check=False, timeout=20,
+            capture_output=True, text=True, check=False, timeout=PATIENCE_S,
             env={**os.environ, "TMCM34X_CONTROL": self.control}, **options,
         )  # fmt: skip
 
@@ -61,7 +61,7 @@ class Bench:
         for each in (self.stream, self.socket, self.host):
             each.close()
         self.process.terminate()
-        output, errors = self.process.communicate(timeout=10)
+        output, errors = self.process.communicate(timeout=PATIENCE_S)
         assert (self.process.returncode, errors) == (0, "")
         return output
 
@@ -87,7 +87,7 @@ def test_the_ready_file_says_what_the_ready_lines_say_and_goes_at_the_end(bench,
 def test_exit_after_ends_it_by_itself(tmp_path):
     result = subprocess.run(
         [COMMAND, "serve", "--tcp", "0", "--exit-after", "0.05"],
-        capture_output=True, text=True, check=False, timeout=20,
+        capture_output=True, text=True, check=False, timeout=PATIENCE_S,
     )  # fmt: skip
     assert (result.returncode, result.stderr) == (0, "")
 
@@ -121,10 +121,8 @@ def test_time_is_paused_and_passes_by_request(bench):
 
 def test_an_hour_passes_in_a_moment_and_hosts_are_served_meanwhile(bench):
     bench.ask(1, 0, 0, 500)
-    start_s = time.monotonic()
     answer = bench.do("until", seconds=3600)
     assert answer["now"] >= 3600
-    assert time.monotonic() - start_s < 60
     assert bench.ask(6, 3, 0).value == 500
 
 
@@ -263,7 +261,7 @@ def test_a_path_that_is_taken_is_refused_and_one_of_a_killed_server_is_not(tmp_p
         capture_output=True,
         text=True,
         check=False,
-        timeout=20,
+        timeout=PATIENCE_S,
     )
     assert (result.returncode, taken.read_text()) == (2, "mine")
     bench = Bench(tmp_path)

@@ -1,6 +1,5 @@
 """`tmcm34x serve` as scripts and people use it."""
 
-import resource
 import signal
 import socket
 import subprocess
@@ -10,8 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from conftest import PATIENCE_S
 from tmcm34x.firmware.changes import ENTRY_SIZE
 from tmcm34x.firmware.storage import Eeprom
+from tmcm34x.server import EepromFile, Store
 from tmcm34x.tmcl.datagram import Instruction, pack_request, unpack_reply
 
 COMMAND = Path(sys.executable).with_name("tmcm34x")
@@ -22,7 +23,7 @@ class Socket:
 
     def __init__(self, address):
         host, port = address.rsplit(":", 1)
-        self.socket = socket.create_connection((host, int(port)), timeout=5)
+        self.socket = socket.create_connection((host, int(port)), timeout=PATIENCE_S)
 
     def __enter__(self):
         return self
@@ -48,7 +49,11 @@ def at_rest(client, position):
 def refused(*options):
     """The one line with which the command refuses to start."""
     result = subprocess.run(
-        [COMMAND, "serve", *map(str, options)], capture_output=True, text=True, check=False, timeout=20
+        [COMMAND, "serve", *map(str, options)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE_S,
     )
     assert result.returncode == 2, result
     assert result.stderr.count("\n") == 1, result.stderr
@@ -57,7 +62,7 @@ def refused(*options):
 
 
 def test_each_link_has_its_ready_line(serve, tmp_path):
-    served = serve("--pty", tmp_path / "one", "--tcp", 0, "--pty", "--tcp", "localhost:0")
+    served = serve("--pty", tmp_path / "one", "--tcp", 0, "--pty", "--tcp", "localhost:0", named=False)
     kinds, addresses = zip(*served.links, strict=True)
     assert kinds == ("pty", "pty", "tcp", "tcp")
     assert addresses[0] == str(tmp_path / "one")
@@ -114,15 +119,14 @@ def test_a_move_takes_its_time(serve, wait_for):
         start_s = time.monotonic()
         client.ask(4, 0, 0, 20_000)
         assert wait_for(lambda: at_rest(client, 20_000))
-        assert 0.3 < time.monotonic() - start_s < 3
+        assert time.monotonic() - start_s > 0.3
 
 
 def test_at_speed_0_a_move_is_over_at_once(serve, wait_for):
+    """It takes more than four minutes at the module's own pace."""
     with Socket(serve("--tcp", 0, "--speed", 0).tcp) as client:
         client.ask(4, 0, 0, 8_000_000)
-        start_s = time.monotonic()
         assert wait_for(lambda: at_rest(client, 8_000_000))
-        assert time.monotonic() - start_s < 1
 
 
 def test_the_memory_outlives_the_process(serve, tmp_path):
@@ -142,16 +146,15 @@ def test_the_image_is_written_soon_after_a_change(serve, tmp_path, wait_for):
     path = tmp_path / "memory"
     with Socket(serve("--tcp", 0, "--eeprom", path).tcp) as client:
         client.ask(9, 68, 0, 4321)
-        assert wait_for(lambda: Eeprom.from_bytes(path.read_bytes()).global_values[68] == 4321, 2)
+        assert wait_for(lambda: Eeprom.from_bytes(path.read_bytes()).global_values[68] == 4321)
 
 
-def test_an_image_with_a_journal_is_taken_up(serve, tmp_path):
-    path = tmp_path / "memory"
-    served = serve("--tcp", 0, "--eeprom", path)
-    with Socket(served.tcp) as client:
-        client.ask(9, 68, 0, 4321)
-    served.process.kill()
-    assert served.process.wait() == -signal.SIGKILL
+def test_an_image_with_a_journal_is_taken_up(tmp_path):
+    path, eeprom = tmp_path / "memory", Eeprom()
+    file = EepromFile(path)
+    Store(eeprom, file, print).begin()
+    eeprom.set_global_value(68, 4321)
+    file.close()
     assert len(path.read_bytes()) == len(Eeprom().to_bytes()) + ENTRY_SIZE
     path.write_bytes(path.read_bytes() + b"half an entry")
     with subprocess.Popen(
@@ -164,17 +167,16 @@ def test_an_image_with_a_journal_is_taken_up(serve, tmp_path):
             assert client.ask(10, 68, 0).value == 4321
         process.terminate()
         line = f"tmcm34x serve: {path}: left out 13 bytes at the end of a write that was never finished\n"
-        assert (process.stderr.read(), process.wait(10)) == (line, 0)
+        assert (process.stderr.read(), process.wait(PATIENCE_S)) == (line, 0)
 
 
 def test_a_memory_that_was_not_saved_is_known_at_the_end(tmp_path):
     path = tmp_path / "memory"
     path.write_bytes(Eeprom().to_bytes())
-    size = path.stat().st_size
     script = (
         "import resource, signal, sys; from tmcm34x.cli import main\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
-        f"resource.setrlimit(resource.RLIMIT_FSIZE, ({size}, {size}))\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\n"
         "sys.argv[1:] = ['serve', '--tcp', '0', '--eeprom', sys.argv[1]]\n"
         "main()\n"
     )
@@ -183,11 +185,9 @@ def test_a_memory_that_was_not_saved_is_known_at_the_end(tmp_path):
     ) as process:
         with Socket(process.stdout.readline().split()[2]) as client:
             assert client.ask(9, 68, 0, 4321).status == 100
-            # From now on not even an image of the same size fits.
-            resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (1000, 1000))
         process.terminate()
         lines = process.stderr.read().splitlines()
-        assert process.wait(10) == 2
+        assert process.wait(PATIENCE_S) == 2
     assert lines == [
         f"tmcm34x serve: memory not saved: {path}: File too large; trying again every second",
         f"tmcm34x serve: the last memory was not saved: {path}: File too large",
@@ -299,7 +299,7 @@ def test_a_log_that_nobody_reads_any_more_ends_it(serve):
     served.process.stdout.close()
     with Socket(served.tcp) as client:
         client.socket.sendall(pack_request(1, Instruction(10, 66, 0)))
-        assert served.process.wait(5) == 1
+        assert served.process.wait(PATIENCE_S) == 1
     assert served.process.stderr.read() == ""
 
 
@@ -307,7 +307,7 @@ def test_a_log_on_a_full_disk_ends_it_with_one_line(serve):
     served = serve("--tcp", 0, "--log-telegrams", "/dev/full")
     with Socket(served.tcp) as client:
         client.socket.sendall(pack_request(1, Instruction(10, 66, 0)))
-        assert served.process.wait(5) == 2
+        assert served.process.wait(PATIENCE_S) == 2
     assert served.process.stderr.read() == "tmcm34x serve: telegram log: No space left on device\n"
 
 
@@ -356,7 +356,7 @@ def test_a_program_with_mistakes_is_not_served(tmp_path):
     path = tmp_path / "program.tmc"
     path.write_text("MVP ABS, 0\n")
     result = subprocess.run(
-        [COMMAND, "serve", "--program", path], capture_output=True, text=True, check=False, timeout=20
+        [COMMAND, "serve", "--program", path], capture_output=True, text=True, check=False, timeout=PATIENCE_S
     )
     assert result.returncode == 1
     assert "program.tmc:1:" in result.stderr
@@ -458,7 +458,7 @@ def test_a_telegram_log_that_nobody_reads_holds_up_nothing():
             for _ in range(3000):
                 assert client.ask(10, 66, 0).value == 1
         process.terminate()
-        assert process.wait(10) == 0
+        assert process.wait(PATIENCE_S) == 0
         process.stdout.close()
 
 
@@ -481,13 +481,13 @@ def test_more_connections_than_file_descriptors_end_nothing(tmp_path):
             others = []
             for number in range(150):
                 host, port = addresses[number % 2].rsplit(":", 1)
-                others.append(socket.create_connection((host, int(port)), timeout=5))
+                others.append(socket.create_connection((host, int(port)), timeout=PATIENCE_S))
             assert first.ask(9, 68, 0, 77).status == 100
             for other in others:
                 other.close()
             assert first.ask(10, 68, 0).value == 77
         process.terminate()
-        assert process.wait(10) == 0
+        assert process.wait(PATIENCE_S) == 0
         assert process.stderr.read().count("\n") <= 1
 
 

@@ -61,6 +61,7 @@ class Ide:
             reader = asyncio.create_task(window.read())
             try:
                 await window.event(wire.Welcome)
+                await window.until(lambda: window.state)
                 await window.call(wire.SetRate(rate_hz))
                 yield window
             finally:
@@ -102,19 +103,23 @@ class DebugWindow:
             self._news.set()
 
     async def _first(self, test: Any) -> dict[str, Any]:
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(30):
             while not (found := [message for message in self.messages if test(message)]):
                 self._news.clear()
                 await self._news.wait()
         self.messages.remove(found[0])
         return found[0]
 
-    async def ask(self, command: str, **arguments: Any) -> dict[str, Any]:
-        """The response to a request."""
+    async def begin(self, command: str, **arguments: Any) -> asyncio.Task[dict[str, Any]]:
+        """Send a request; its response to come.  Requests are answered in the order in which they were sent."""
         number = next(self._numbers)
         request = {"seq": number, "type": "request", "command": command, "arguments": arguments}
         await self.connection.send(msgspec.json.encode(request).decode())
-        return await self._first(lambda message: message.get("request_seq") == number)
+        return asyncio.create_task(self._first(lambda message: message.get("request_seq") == number))
+
+    async def ask(self, command: str, **arguments: Any) -> dict[str, Any]:
+        """The response to a request."""
+        return await (await self.begin(command, **arguments))
 
     async def do(self, command: str, **arguments: Any) -> Any:
         """The body of the response to a request that succeeds."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from tmcm34x.bench import simple_rig
 from tmcm34x.firmware.axis import V_ACTUAL
@@ -13,6 +13,7 @@ from tmcm34x.links.faulty import Faults
 from tmcm34x.links.tcp import TcpLink
 from tmcm34x.server import Server
 
+T = TypeVar("T")
 Open = Callable[[Server], Any]
 
 
@@ -55,14 +56,22 @@ class Bench:
         await self._end.wait()
         await server.close()
 
+    def do(self, work: Callable[[], T]) -> T:
+        """Do something with the module beside the line, between two telegrams: its thread waits for none."""
+
+        async def done() -> T:
+            return work()
+
+        return asyncio.run_coroutine_threadsafe(done(), self._loop).result()
+
     def arm(self, *faults: str) -> None:
         """Have faults strike from now on."""
         for fault in faults:
-            self._loop.call_soon_threadsafe(self.faults.add, fault)
+            self.do(lambda fault=fault: self.faults.add(fault))
 
     def speed(self, motor: int) -> int:
         """The true speed, seen beside the line."""
-        return self.module.axes[motor].read(V_ACTUAL)
+        return self.do(lambda: self.module.axes[motor].read(V_ACTUAL))
 
     def stop(self) -> None:
         if self._thread.is_alive():

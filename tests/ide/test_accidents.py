@@ -11,6 +11,7 @@ from tmcm34x.host import Connection
 from tmcm34x.ide import wire
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import parse_instruction
+from tmcm34x.tmcl.numbers import AP
 from tmcm34x.tmcl.status import Status
 
 PROGRAM = (
@@ -54,6 +55,8 @@ def _go(folder, scenario, *, armed=False):
         with Connection.open(f"tcp://{bench.address}") as host:
             for line in PROGRAM:
                 host.ask(parse_instruction(line))
+            while host.command(GAP, AP.ACTUAL_SPEED) or not host.command(GAP, AP.POSITION_REACHED):
+                pass  # 7000 is where it was sent, and where it comes back to
         asyncio.run(run())
     finally:
         bench.stop()

@@ -9,7 +9,7 @@ import pytest
 
 from ide.ide_driver import real, running
 from ide.served import Bench
-from tmcm34x.ide import wire
+from tmcm34x.ide import remote, wire
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.numbers import CONTROL
 
@@ -17,6 +17,12 @@ PROGRAM = "Loop: ROR 0, 300\n" + "WAIT TICKS, 0, 1\n" * 60 + "JA Loop\n"
 DAMAGED = "bad_checksum,probability=0.077"
 """One reply in thirteen."""
 STORED = [wire.Watched(-1, 4, motor) for motor in range(3)]
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_polled(monkeypatch):
+    """What strikes one telegram in so many strikes those of the test."""
+    monkeypatch.setattr(remote, "LOOKED_AT_S", -1.0)
 
 
 def _go(folder, scenario, model=343):
@@ -55,13 +61,13 @@ def test_one_damaged_reply_in_thirteen_leaves_everything_complete(tmp_path):
             True,
             True,
         )
-        bench.module.axes[1].values[4] = 1
+        bench.do(lambda: bench.module.axes[1].values.update({4: 1}))
         imported = await page.call(wire.ImportSettings(text))
         assert (imported["count"] > 60, imported["refused"]) == (True, [])
         assert (await _kept(page, STORED)).complete
         assert bench.module.eeprom.axis_values[1][4] == 777
         listing = (await page.call(wire.Download("a.tmc")))["listing"]
-        bench.faults.clear()
+        bench.do(bench.faults.clear)
         again = await page.call(wire.Assemble("b.tmc", {"b.tmc": await page.call(wire.Upload())}))
         assert again["listing"]["identity"] == listing["identity"]
         assert bench.faults.struck["bad_checksum"] > 20
@@ -150,7 +156,7 @@ def test_settings_of_another_model_are_taken_over_only_on_request(tmp_path):
 def test_a_module_in_download_mode_is_named_and_freed_by_a_download(tmp_path):
     async def scenario(bench, page):
         await page.execute("GAP 4, 0")
-        bench.module.execute(Instruction(CONTROL.START_DOWNLOAD, value=100))
+        bench.do(lambda: bench.module.execute(Instruction(CONTROL.START_DOWNLOAD, value=100)))
         answer = await page.ask(wire.Upload())
         assert isinstance(answer, wire.Refusal)
         assert "INCOMPLETE" in (await page.call(wire.ExportSettings("toml"))).splitlines()[0]

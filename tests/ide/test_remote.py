@@ -350,7 +350,7 @@ def test_a_program_that_was_not_loaded_from_here_is_not_overwritten_unasked(tmp_
         await page.call(wire.Download("a.tmc"))
         (tmp_path / "a.tmc").write_text(STEPS.replace("7", "8"))
         await page.call(wire.Download("a.tmc"))
-        eeprom.write_instruction(1, Instruction(28))
+        bench.do(lambda: eeprom.write_instruction(1, Instruction(28)))
         assert await page.refusal(wire.Download("a.tmc", run=True)) == "unknown"
         assert eeprom.read_instruction(1).number == 28
         await page.call(wire.Download("a.tmc", replace=True))
@@ -381,7 +381,7 @@ def test_the_end_of_the_server_stops_what_it_has_started(tmp_path):
 
 def test_motors_that_turn_already_are_told_of(tmp_path):
     bench = Bench()
-    bench.rig.modules[0].execute(Instruction(1, 0, 1, 300))
+    bench.do(lambda: bench.module.execute(Instruction(1, 0, 1, 300)))
 
     async def run():
         remote, telegrams = await real(f"tcp://{bench.address}")

@@ -43,9 +43,9 @@ async def served(link, peer):
 
 
 async def reads(fd, size):
-    """The next `size` bytes from `fd`, or those that came within two seconds."""
+    """The next `size` bytes from `fd`, or those that came within a minute."""
     data = b""
-    for _ in range(2000):
+    for _ in range(60_000):
         try:
             data += os.read(fd, size - len(data))
         except BlockingIOError:
@@ -55,8 +55,8 @@ async def reads(fd, size):
     return data
 
 
-async def happens(condition, milliseconds=2000):
-    """Wait until `condition()` holds, two seconds at most."""
+async def happens(condition, milliseconds=60_000):
+    """Wait until `condition()` holds, a minute at most."""
     for _ in range(milliseconds):
         if condition():
             return True

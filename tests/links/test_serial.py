@@ -26,7 +26,7 @@ class Echo:
 
 async def reads(fd, size):
     data = b""
-    for _ in range(2000):
+    for _ in range(60_000):
         try:
             data += os.read(fd, size - len(data))
         except BlockingIOError:
@@ -97,7 +97,7 @@ def test_a_port_that_goes_away_and_comes_back_is_reported_once_each(tmp_path, mo
         return ours, theirs
 
     async def until(condition):
-        for _ in range(5000):
+        for _ in range(60_000):
             if condition():
                 return True
             await asyncio.sleep(0.001)

@@ -8,6 +8,7 @@ import struct
 
 import pytest
 
+from conftest import PATIENCE_S
 from tmcm34x.links import LinkError, tcp
 from tmcm34x.links.tcp import TcpLink
 
@@ -44,7 +45,7 @@ async def served(echo, host="127.0.0.1"):
 
 async def talk(reader, writer, data):
     writer.write(data)
-    return await asyncio.wait_for(reader.readexactly(len(data)), 2)
+    return await asyncio.wait_for(reader.readexactly(len(data)), PATIENCE_S)
 
 
 async def hang_up(writer):
@@ -80,7 +81,7 @@ def test_a_client_that_reads_late_loses_nothing():
         async with served(echo) as port:
             reader, writer = await asyncio.open_connection("127.0.0.1", port)
             writer.write(sent)
-            assert await asyncio.wait_for(reader.readexactly(len(sent)), 10) == sent
+            assert await asyncio.wait_for(reader.readexactly(len(sent)), PATIENCE_S) == sent
             await hang_up(writer)
 
     asyncio.run(scenario())
@@ -92,7 +93,7 @@ def test_closing_hangs_up_on_all_clients():
             reader, writer = await asyncio.open_connection("127.0.0.1", port)
             assert await talk(reader, writer, b"there") == b"there"
         with contextlib.suppress(ConnectionError):
-            assert await asyncio.wait_for(reader.read(), 2) == b""
+            assert await asyncio.wait_for(reader.read(), PATIENCE_S) == b""
         with contextlib.suppress(ConnectionError):
             await hang_up(writer)
 

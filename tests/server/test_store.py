@@ -154,7 +154,7 @@ class Kept:
         self.store.start()
 
     async def until(self, condition):
-        for _ in range(5000):
+        for _ in range(60_000):
             if condition():
                 return True
             await asyncio.sleep(0.001)
