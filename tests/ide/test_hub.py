@@ -1,13 +1,14 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from pathlib import Path
 
 import pytest
 
 from ide.ide_driver import running, virtual
 from tmcm34x import clock
-from tmcm34x.ide import wire
+from tmcm34x.ide import hub, wire
 from tmcm34x.tmcl.datagram import Instruction
 
 PROGRAM = """\
@@ -179,6 +180,29 @@ def test_a_program_that_another_host_has_changed_is_listed_without_its_source(tm
         ide.virtual.module.eeprom.write_instruction(1, Instruction(28))
         loaded = await page.event(wire.Loaded)
         assert (loaded.by_other_host, loaded.listing.path, loaded.listing.lines[1].text) == (True, "", "STOP")
+
+    _go(tmp_path, scenario)
+
+
+def test_a_program_that_is_downloaded_while_the_one_before_is_looked_for_stays_known(tmp_path, monkeypatch):
+    path = _write(tmp_path)
+    looking, go_on = threading.Event(), threading.Event()
+
+    def recognise(*_):
+        looking.set()
+        assert go_on.wait(60)
+        return None, None
+
+    monkeypatch.setattr(hub, "recognise", recognise)
+
+    async def scenario(ide, page):
+        ide.virtual.module.eeprom.write_instruction(0, Instruction(28))
+        await asyncio.to_thread(looking.wait)
+        await page.call(wire.Download(path, replace=True))
+        frames = len(page.frames)
+        go_on.set()
+        await page.until(lambda: len(page.frames) > frames)
+        assert ide.hub.loading.listing.path == path
 
     _go(tmp_path, scenario)
 

@@ -326,12 +326,14 @@ class Hub:
 
     async def check_memory(self) -> None:
         """Check whether another host has stored another program meanwhile."""
-        program = self.loading.stored_by_other_host()
-        if program is not None:
-            listing, assembly = await asyncio.to_thread(
-                recognise, self.workspace, program, self.target.model.number
-            )
-            await self.adopt(listing, assembly, by_other_host=True)
+        loading = self.loading
+        program = loading.stored_by_other_host()
+        if program is None:
+            return
+        seen = loading.revision
+        found = await asyncio.to_thread(recognise, self.workspace, program, self.target.model.number)
+        if loading is self.loading and not loading.busy and loading.revision == seen:
+            await self.adopt(*found, by_other_host=True)
 
     # Running
 

@@ -164,6 +164,11 @@ class Loading:
         self.listing = listing
         self._look()
 
+    @property
+    def revision(self) -> int:
+        """Of the memory, when it was looked at last."""
+        return self._revision
+
     def stored_by_other_host(self) -> list[Instruction] | None:
         """The program that another host has stored meanwhile, as far as it can be seen without the line; None for none.
 
