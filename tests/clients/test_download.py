@@ -27,7 +27,7 @@ def served(serve_once):
 def interface(request, served):
     """A PyTrinamic connection to a module whose program is stopped."""
     port = served.pty if request.param == "serial_tmcl" else served.tcp
-    with ConnectionManager(f"--interface {request.param} --port {port} --timeout 3").connect() as connection:
+    with ConnectionManager(f"--interface {request.param} --port {port} --timeout 60").connect() as connection:
         connection.send(TMCLCommand.STOP_APPLICATION, 0, 0, 0)
         yield connection
 

@@ -10,7 +10,7 @@ import serial
 @pytest.fixture
 def bus(serve):
     """A pytmcl bus on the pseudo terminal of a fresh module, twenty times as fast as real ones."""
-    with serial.Serial(serve("--pty", "--speed", 20).pty, 9600, timeout=3) as port:
+    with serial.Serial(serve("--pty", "--speed", 20).pty, 9600, timeout=60) as port:
         yield pyTMCL.connect(port)
 
 

@@ -39,7 +39,7 @@ def connected(served, kind):
         module.restore_factory_settings()  # not answered; and what comes while it restarts is lost
         assert module.tick_timer >= 0
     port = served.pty if kind == "serial_tmcl" else served.tcp
-    with ConnectionManager(f"--interface {kind} --port {port} --timeout 3").connect() as connection:
+    with ConnectionManager(f"--interface {kind} --port {port} --timeout 60").connect() as connection:
         yield connection
 
 

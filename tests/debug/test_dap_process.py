@@ -6,6 +6,7 @@ import subprocess
 
 import pytest
 
+from conftest import PATIENCE_S
 from debug.vscode import COMMAND, VSCODE, Client, held
 from tmcm34x.host import Connection, Program
 from tmcm34x.toolchain.assembler import assemble
@@ -128,7 +129,7 @@ def debug(client, file):
 
 def test_a_session_over_pipes(adapter, client, file):
     debug(client, file)
-    assert adapter.wait(5) == 0
+    assert adapter.wait(PATIENCE_S) == 0
     assert adapter.stderr.read() == b""
 
 
@@ -143,18 +144,18 @@ def test_sessions_over_a_socket_one_after_the_other(file):
         assert host == "127.0.0.1"
         for _ in range(2):
             with (
-                socket.create_connection((host, int(port)), timeout=10) as connection,
+                socket.create_connection((host, int(port)), timeout=PATIENCE_S) as connection,
                 connection.makefile("rb") as reader,
                 connection.makefile("wb") as writer,
             ):
                 debug(Client(reader, writer), file)
-        with socket.create_connection((host, int(port)), timeout=10) as connection:
+        with socket.create_connection((host, int(port)), timeout=PATIENCE_S) as connection:
             connection.sendall(b"GET / HTTP/1.1\r\n\r\n")
             with connection.makefile("rb") as reader:
                 assert b'"success":false' in reader.read()
     finally:
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=10)
+        _, errors = process.communicate(timeout=PATIENCE_S)
     assert b"Traceback" not in errors and process.returncode == 0
 
 
@@ -177,7 +178,7 @@ def test_a_pause_reaches_a_program_that_never_waits(client, tmp_path):
 def test_rubbish_ends_the_session_with_one_line(adapter):
     adapter.stdin.write(b"\x00\xff" * 4000)
     adapter.stdin.flush()
-    assert adapter.wait(5) == 0
+    assert adapter.wait(PATIENCE_S) == 0
     assert adapter.stderr.read().count(b"\n") == 1
     assert b'"success":false' in adapter.stdout.read()
 
@@ -192,7 +193,7 @@ def test_a_message_that_is_no_json_is_answered(adapter, client):
 def test_an_editor_that_hangs_up_ends_the_process(adapter, client, file):
     client.do("launch", program=str(file))
     adapter.stdin.close()
-    assert adapter.wait(5) == 0
+    assert adapter.wait(PATIENCE_S) == 0
 
 
 @pytest.mark.parametrize("where", ["host:name", "1.2.3.4", "127.0.0.1:99999", "203.0.113.1:0"])
@@ -280,7 +281,7 @@ def test_visual_studio_code_looks_into_a_served_module(adapter, client, served):
     assert held(client, "pause")[2][4]["value"] == "5"
     client.do("continue", threadId=1)
     client.do("disconnect", restart=False, terminateDebuggee=False)
-    assert adapter.wait(5) == 0
+    assert adapter.wait(PATIENCE_S) == 0
     with Connection.open(module.tcp) as connection:
         assert Program(connection).state.status == 1, "a disconnected editor leaves the program alone"
 

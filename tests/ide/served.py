@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import socket
 import threading
+import weakref
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
@@ -35,12 +38,23 @@ class Bench:
     ) -> None:
         self._ready = threading.Event()
         self._model = model
+        if not port and link is None:
+            port = self._keep_port()
         self._open = link or (lambda server: tcp(server, port))
         self.faults = Faults(seed=seed)
         self._wanted = faults
         self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()))
         self._thread.start()
         self._ready.wait()
+
+    def _keep_port(self) -> int:
+        """A port that is given to nobody else while this bench is remembered, also while it is not served."""
+        keeper = socket.socket()
+        keeper.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        keeper.bind(("127.0.0.1", 0))
+        port = keeper.getsockname()[1]
+        weakref.finalize(self, os.close, keeper.detach())
+        return port
 
     async def _serve(self) -> None:
         self._loop, self._end = asyncio.get_running_loop(), asyncio.Event()

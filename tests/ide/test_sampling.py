@@ -25,13 +25,15 @@ def _go(folder, scenario, **options):
 @pytest.mark.parametrize("speed", [1.0, 50.0])
 def test_a_trapezoid_is_sampled_at_one_rate_at_any_pace(tmp_path, speed):
     async def scenario(ide, page):
-        await page.call(wire.SetTime(speed=speed))
         await page.execute("SAP 5, 0, 100")
+        await page.call(wire.SetTime(speed=speed))
         await page.execute("MVP ABS, 0, 20000")
         await page.until(lambda: page.rows and page.rows[-1][1][POSITION] == 20000)
-        times = [when for when, _ in page.rows]
-        assert {later - sooner for sooner, later in itertools.pairwise(times[1:])} == {PERIOD}
-        speeds = [values[SPEED] for _, values in page.rows]
+        # Rows of the move: before and behind it, time without events may leap while the machine is busy.
+        rows = [(when, values) for when, values in page.rows if 0 < values[POSITION] < 20000]
+        times = [when for when, _ in rows]
+        assert {later - sooner for sooner, later in itertools.pairwise(times)} == {PERIOD}
+        speeds = [values[SPEED] for _, values in rows]
         top = speeds.index(max(speeds))
         assert sorted(speeds[: top + 1]) == speeds[: top + 1]
         assert len({value for value in speeds if value}) > 10

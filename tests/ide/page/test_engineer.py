@@ -140,7 +140,7 @@ def test_three_hundred_lines_on_a_real_module_are_debugged(tmp_path: Path, open_
         page.keyboard.press("F6")
         expect(stored).to_have_count(1)
         page.keyboard.press("F9")
-        until(page, lambda: ask(f"GGP {STATIONS - 1}, 2") == 1, tries=800)
+        until(page, lambda: ask(f"GGP {STATIONS - 1}, 2") == 1)
         assert ask("GAP 1, 0") == 20 * STATIONS
         assert ask(f"GGP {WRONG}, 2") == 1
         assert ask("GAP 1, 1") == 20 * WRONG + 20

@@ -92,7 +92,7 @@ def test_time_is_held_stepped_and_hurried(page: Page):
     page.get_by_role("button", name="Hold time").click()
     running = page.locator(".virtual-time:not(.held)")
     start = seconds(running.inner_text())
-    until(page, lambda: seconds(running.inner_text()) > start + 60, 400)
+    until(page, lambda: seconds(running.inner_text()) > start + 60)
 
 
 def touch(session: CDPSession, kind: str, x: float = 0, y: float = 0) -> None:

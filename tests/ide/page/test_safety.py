@@ -108,8 +108,8 @@ def test_stop_all_ends_a_load_profile_wherever_one_looks(stage: Stage):
     assert ask("GAP 2, 0") == 0
     expect(page.locator(".banner.motion")).to_have_count(0)
     page.get_by_role("button", name="Load profile").click()
-    points = page.locator(".profile-chart circle").count()
     expect(page.get_by_role("button", name="Measure")).to_be_disabled()
+    points = page.locator(".profile-chart circle").count()
     page.locator(".banner.stop").get_by_role("button", name="Release").click()
     assert page.locator(".profile-chart circle").count() == points
     assert ask("GAP 2, 0") == 0
@@ -537,11 +537,14 @@ def test_a_keeper_reads_an_old_module_out_and_restores_it_to_a_spare(
             other.get_by_role("button", name="Import").click()
         chooser.value.set_files({"name": "old.toml", "mimeType": "text/plain", "buffer": text.encode()})
         expect(other.get_by_role("textbox", name="maximum positioning speed of motor 0")).to_have_value("611")
-        values = [
-            spare_module.execute(parse_instruction(text)).value
+        asked = [
+            parse_instruction(text)
             for text in ("GAP 4, 0", "GAP 193, 2", "GGP 12, 2", "GCO 5, 1", "GAP 3, 0")
         ]
-        assert values == [611, 3, 77, -4321, 0]
+        until(
+            other,
+            lambda: [spare_module.execute(each).value for each in asked] == [611, 3, 77, -4321, 0],
+        )
         assert old_module.execute(parse_instruction("GAP 4, 0")).value == 612
         old_module.execute(parse_instruction("MST 1"))
         expect(page.locator(".axis.motor1 .state")).to_have_text("stopped")
