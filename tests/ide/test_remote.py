@@ -317,6 +317,17 @@ def test_the_ascii_interface_has_a_way_back_and_stop_all_takes_it(tmp_path):
     _go(tmp_path, scenario)
 
 
+def test_a_line_that_is_lost_under_the_ascii_interface_is_told(tmp_path):
+    async def scenario(bench, ide, page):
+        await page.call(wire.Execute(139, sure=True))
+        await page.event(wire.Link, lambda event: event.ascii)
+        await asyncio.to_thread(bench.stop)
+        assert await page.refusal(wire.SendAscii("GAP 4, 0")) == "line"
+        assert "gone" in (await page.event(wire.Link, lambda event: not event.up and not event.ascii)).text
+
+    _go(tmp_path, scenario)
+
+
 def test_the_module_is_asked_why_a_motor_does_not_turn(tmp_path):
     async def scenario(bench, ide, page):
         await page.execute("SAP 4, 1, 0")

@@ -135,9 +135,10 @@ class Remote(RemoteLine):
 
     async def _poll(self) -> None:
         while True:
+            if self._connection is None and self._terminal.on:
+                self._terminal.on, self._moved = False, True
             self._tell_link()
             if self._connection is None:
-                self._terminal.on = False
                 await self._find()
             elif self._terminal.on:
                 await asyncio.sleep(0.1)

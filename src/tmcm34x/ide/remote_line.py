@@ -219,13 +219,20 @@ class RemoteLine:
     async def send_ascii(self, line: str) -> str:
         """Send a line to the ASCII interface; what came back."""
         connection = self._connection
-        if connection is None:
+        if connection is None or self._closed:
             raise wire.RefusalError("line", "The line is gone.")
         if self.url.is_can:
             raise wire.RefusalError("can", "The ASCII interface is on serial lines, not on CAN.")
         return await asyncio.get_running_loop().run_in_executor(
-            self._thread, self._terminal.send, connection, self._address, line
+            self._thread, self._send_line, connection, line
         )
+
+    def _send_line(self, connection: Connection, line: str) -> str:
+        try:
+            return self._terminal.send(connection, self._address, line)
+        except LinkError as error:
+            self._lose()
+            raise wire.RefusalError("line", f"{error}.") from error
 
     def _follow(self, instruction: Instruction, connection: Connection) -> None:
         """Go on at the address, bit rate or identifier that the module has from its next command on."""
