@@ -160,9 +160,7 @@ def test_what_fits_at_a_place_is_proposed(text, some):
         assert "lead_mm" not in found
 
 
-@pytest.mark.parametrize(
-    "line", ["x" * 90_000, "x." * 45_000 + " ", "x = {" * 90_000, "[" * 90_000, " " * 90_000 + "="]
-)
+@pytest.mark.parametrize("part", ["x", "x.", "x = {", "[", " "])
 def test_a_line_of_any_length_costs_little(part):
     line = part * 90_000
     assert complete(line, 1, len(line) + 1) == []

@@ -76,7 +76,7 @@ def test_send_shows_bytes_and_json():
 def test_send_as_json_says_what_was_done_before_a_command_without_a_reply(serve):
     served = serve("--tcp", 0, "--fault", "silent,after=2")
     result = tmcm34x(
-        "send", "--json", "GAP 4, 0", "GAP 5, 0", "GAP 6, 0", port=f"tcp:{served.tcp}?timeout=0.2"
+        "send", "--json", "GAP 4, 0", "GAP 5, 0", "GAP 6, 0", port=f"tcp:{served.tcp}?timeout=1&retries=0"
     )
     text, _, last = result.output.rpartition("]\n")
     done, silent = (json.loads(f"{text}]")[index] for index in (0, -1))
@@ -209,7 +209,7 @@ def test_a_download_that_is_cut_says_how_much_is_stored(serve, tmp_path):
     file = tmp_path / "p.tmc"
     file.write_text("MST 0\n" * 99)
     served = serve("--tcp", 0, "--fault", "silent,after=30")
-    result = tmcm34x("download", file, "--yes", port=f"tcp:{served.tcp}?timeout=0.05&retries=0")
+    result = tmcm34x("download", file, "--yes", port=f"tcp:{served.tcp}?timeout=1&retries=0")
     assert result.exit_code == 3
     assert re.search(
         r"; \d+ of 101 instructions are stored, so the program is not complete; download it again\n$",
@@ -222,7 +222,7 @@ def test_settings_on_a_line_that_is_lost_say_how_many_are_set_or_stored(serve, t
     tmcm34x("settings", "dump", file, port=VIRTUAL)
     for words, what in ((("load", file), "set"), (("store",), "stored")):
         served = serve("--tcp", 0, "--fault", "silent,after=30")
-        result = tmcm34x("settings", *words, "--yes", port=f"tcp:{served.tcp}?timeout=0.05&retries=0")
+        result = tmcm34x("settings", *words, "--yes", port=f"tcp:{served.tcp}?timeout=1&retries=0")
         assert result.exit_code == 3
         assert re.search(rf"; (28|29) of \d+ values are {what}, the others are not\n$", result.output)
 
@@ -258,7 +258,7 @@ def test_an_interrupted_download_leaves_the_module_usable(serve, tmp_path, wait_
     process = subprocess.Popen(
         [COMMAND, "download", tmp_path / "a.tmc", "--yes"], env={**os.environ, "TMCM34X_PORT": port}
     )
-    assert wait_for(lambda: "WAIT TICKS" in log.read_text(), 20)
+    assert wait_for(lambda: "WAIT TICKS" in log.read_text())
     process.send_signal(signal.SIGINT)
     assert process.wait() == 130
     assert (

@@ -320,7 +320,7 @@ def test_a_program_that_ends_by_itself_is_told(client, served):
 def test_a_module_that_goes_away_ends_the_session(client, served):
     module, _ = served
     download(module, ENDLESS)
-    attach(client, module, timeout=0.2)
+    attach(client, module, timeout=1)
     client.do("configurationDone")
     client.do("continue", threadId=1)
     module.stop()

@@ -115,7 +115,7 @@ def test_a_module_on_can_does_all_that_one_on_a_serial_line_does(bus, request):
 def test_a_line_on_can_follows_its_identifiers(bus, request):
     from tmcm34x.host import restore
 
-    with Connection.open(f"can:virtual:{request.node.name}?id=1&reply=2&timeout=0.2") as connection:
+    with Connection.open(f"can:virtual:{request.node.name}?id=1&reply=2") as connection:
         module = Module(connection)
         wanted = connection.run(backup.read())
         items = {item.key: item for item in wanted.present}
@@ -140,7 +140,7 @@ def test_a_module_on_can_is_found_whatever_its_identifiers(bus, request, reply):
 
 def test_a_module_that_is_called_by_its_second_identifier_answers_with_its_first(bus, request):
     bus.execute("SGP 83, 0, 77")
-    name = f"can:virtual:{request.node.name}?id=77&timeout=0.1&retries=0"
+    name = f"can:virtual:{request.node.name}?id=77&timeout=1&retries=0"
     with connect(f"{name}&address=1") as module:
         module.axes[2].max_speed = 99
         assert module.axes[2].max_speed == 99
@@ -184,7 +184,7 @@ def test_a_missing_python_can_is_said(monkeypatch):
 def test_a_serial_port_that_is_unplugged_is_said(serve):
     """A pseudo terminal whose other side goes away is what a pulled adapter is."""
     served = serve("--pty")
-    with connect(f"serial:{served.pty}?timeout=0.2&retries=0") as module:
+    with connect(f"serial:{served.pty}?timeout=10&retries=0") as module:
         assert module.version == "343V4.36"
         served.stop()
         with pytest.raises(LinkError, match="the port is gone"):

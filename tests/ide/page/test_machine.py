@@ -71,10 +71,10 @@ def test_the_drawing_follows_scrubbed_time(stage: Page):
     stage.get_by_role("slider", name="Moment").press("Home")
     expect(stage.locator(".past-strip")).to_be_visible()
     until(stage, lambda: shift(carriage) == before)
-    assert len(trail.get_attribute("d") or "") < len(path) / 2
+    until(stage, lambda: len(trail.get_attribute("d") or "") < len(path) / 2)
     stage.keyboard.press("Alt+F2")
     until(stage, lambda: shift(carriage) == after)
-    assert (trail.get_attribute("d") or "").startswith(path), "the path is known as before"
+    until(stage, lambda: (trail.get_attribute("d") or "").startswith(path))  # it is known as before
 
 
 def test_a_switch_in_the_drawing_is_closed_by_a_click_and_by_a_key(stage: Page):
@@ -98,7 +98,7 @@ def test_a_turntable_turns_until_its_reference_switch_closes(tmp_path: Path, ope
     page, _ = open_ide("--bench", str(BENCHES / "turntable.toml"))
     tab(page, "Machine")
     pointer = page.locator(".of-turntable .carriage")
-    assert shift(pointer) == (200.0,)
+    until(page, lambda: shift(pointer) == (200.0,))
     page.keyboard.press("F9")
     switch = page.get_by_role("button", name="left switch of motor 0")
     expect(switch).to_have_attribute("aria-pressed", "true")

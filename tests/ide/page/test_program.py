@@ -113,6 +113,12 @@ def test_unsaved_text_is_marked_saved_by_key_and_kept_over_a_reload(page: Page, 
     assert (ide.folder / "program.tmc").read_text().startswith("// hello\n")
 
 
+def _text(ide: Ide, name: str) -> str:
+    """What is in a file, or nothing."""
+    path = ide.folder / name
+    return path.read_text() if path.exists() else ""
+
+
 def test_a_change_from_outside_is_taken_or_asked_about(page: Page, ide: Ide):
     (ide.folder / "program.tmc").write_text("STOP // from outside\n")
     expect(page.locator(".cm-content")).to_contain_text("from outside")
@@ -127,7 +133,7 @@ def test_a_change_from_outside_is_taken_or_asked_about(page: Page, ide: Ide):
     expect(page.locator(".outside")).to_contain_text("deleted")
     page.get_by_role("button", name="Save it again").click()
     expect(page.locator(".outside")).to_have_count(0)
-    assert (ide.folder / "program.tmc").read_text() == "STOP // again\n"
+    until(page, lambda: _text(ide, "program.tmc") == "STOP // again\n")
 
 
 def test_a_new_program_is_written_saved_and_renamed(page: Page, ide: Ide):
@@ -136,7 +142,7 @@ def test_a_new_program_is_written_saved_and_renamed(page: Page, ide: Ide):
     page.keyboard.type("STOP\n")
     page.keyboard.press("Control+s")
     expect(page.locator(".tab .dot")).to_have_count(0)
-    assert (ide.folder / "program2.tmc").read_text().startswith("STOP")
+    until(page, lambda: _text(ide, "program2.tmc").startswith("STOP"))
     rename(page, "program2.tmc")
     page.locator(".rename").fill("other.tmc")
     page.locator(".rename").press("Enter")
