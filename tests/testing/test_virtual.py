@@ -90,8 +90,10 @@ def test_a_pace_is_virtual_or_a_factor(pace):
 
 def test_at_real_pace_the_module_goes_on_by_itself():
     with VirtualModule(343, pace=50) as module:
+        before = module.now
         module.command("MVP ABS, 0, 5000")
-        assert module.until("GAP 8, 0 is 100 1", timeout=30) > 0.1
+        module.until("GAP 8, 0 is 100 1", timeout=3000)
+        assert module.now > before + 0.1
         assert module.motor(0).position == 5000
         before = module.now
         module.run(1)
