@@ -70,6 +70,15 @@ def test_versions_and_stored_instructions_are_no_statuses(rig):
     assert counted(counters)["refused"] == {"3 wrong type": 1}
 
 
+def test_counting_looks_at_no_good_telegram(rig):
+    counters = Counters(rig)
+    line = SerialPort(rig.modules[0], lambda data: None)
+    assert not rig.modules[0].observers, "each telegram would be shown to an observer"
+    line.receive(pack_request(1, parse_instruction("GAP 1, 0")))
+    line.receive(pack_request(1, parse_instruction("GAP 1, 0"))[:-1] + b"\0")
+    assert counted(counters)["refused"] == {"1 wrong checksum": 1}
+
+
 def test_commands_of_a_program_are_counted_too(rig):
     from tmcm34x.toolchain.assembler import assemble
 

@@ -6,14 +6,11 @@ cells, which wear; full steps that each motor has lost; commands that were accep
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from tmcm34x.tmcl.datagram import SIZE, unpack_can_reply, unpack_reply
-from tmcm34x.tmcl.numbers import CONTROL
-from tmcm34x.tmcl.status import STATUS_TEXTS, Status
+from tmcm34x.tmcl.status import STATUS_TEXTS
 
 if TYPE_CHECKING:
     from tmcm34x.bench.rig import Rig
@@ -26,40 +23,23 @@ WITHOUT_EFFECT: Final = {
     "no_positioning": "target positions set in velocity mode (axis parameter 0)",
 }
 """Events of the firmware for commands that are accepted and move nothing, and what they mean."""
-_GOOD: Final = frozenset({Status.OK, Status.LOADED, Status.POSITION_REACHED})
-_TEXT_REPLY: Final = re.compile(rb"[@-_][@-_] (\d{1,3}) -?\d+\r")
-"""A reply of the ASCII interface, behind which there may be others: addresses, status, value (manual 6.2.2)."""
 
 
 class ModuleCounters:
-    """The figures of one module: an observer of it, and a listener of its program and its EEPROM."""
-
-    instruction = None
+    """The figures of one module: a listener of it, its program and its EEPROM, to whom good telegrams are nothing."""
 
     def __init__(self, world: World) -> None:
         self._world = world
         self._module: FirmwareModule = world.module
-        self._asked_for_data = False
-        """Whether the last command is one whose reply has no status."""
         self.refused: Counter[int] = Counter()
         self.writes: Counter[str] = Counter()
         self.without_effect: Counter[str] = Counter()
-        self._module.observers.append(self)
+        self._module.on_refusal.append(self._refuse)
+        self._module.on_event.append(self._happened)
         self._module.eeprom.listeners.append(self._written)
-        self._module.program.on_refusal.append(self._refused)
+        self._module.program.on_refusal.append(self._program_refused)
 
-    def telegram(self, port: object, direction: str, data: bytes, now: int) -> None:
-        """Bytes come in or go out."""
-        del port, now
-        if direction == "in":
-            self._asked_for_data = (data[1:2] if len(data) == SIZE else data[:1]) in _DATA
-        else:
-            statuses = _statuses(data, expect_data=self._asked_for_data)
-            self.refused.update(status for status in statuses if status not in _GOOD)
-
-    def event(self, kind: str, motor: int, now: int) -> None:
-        """Something happened to a motor."""
-        del motor, now
+    def _happened(self, kind: str) -> None:
         if kind in WITHOUT_EFFECT:
             self.without_effect[kind] += 1
 
@@ -83,7 +63,10 @@ class ModuleCounters:
         ]
         return [*notes, *(f"{WITHOUT_EFFECT[kind]}: {n}" for kind, n in self.without_effect.items())]
 
-    def _refused(self) -> bool:
+    def _refuse(self, status: int) -> None:
+        self.refused[status] += 1
+
+    def _program_refused(self) -> bool:
         """The program goes on as it would."""
         error = self._module.program.last_error
         if error is not None:
@@ -93,23 +76,6 @@ class ModuleCounters:
     def _written(self, changes: Sequence[Change]) -> None:
         for cell, motor, number, _ in changes:
             self.writes[f"{cell.name.lower()} {motor} {number}"] += 1
-
-
-_DATA: Final = frozenset(
-    bytes((number,)) for number in (CONTROL.GET_FIRMWARE_VERSION, CONTROL.READ_PROGRAM_MEMORY)
-)
-"""Control functions whose reply has other data where status and command would be."""
-
-
-def _statuses(data: bytes, *, expect_data: bool) -> list[int]:
-    """The statuses of the replies in what a port sends at once; none in the characters of an echo."""
-    if len(data) != SIZE and (text := _TEXT_REPLY.findall(data)):
-        return [int(status) for status in text]
-    try:
-        reply = unpack_reply(data) if len(data) == SIZE else unpack_can_reply(data)
-    except ValueError:
-        return []
-    return [] if expect_data and bytes((reply.command,)) not in _DATA else [reply.status]
 
 
 class Counters:

@@ -3,7 +3,7 @@
 Everything that the firmware does is a function of a `ModuleState` and of operands; nothing else keeps state, apart
 from the chips on the board, the EEPROM, the program (`program`) and what a port has received of a telegram (`ports`).
 
-Listeners (`observers`, `on_power`) are no state: a copy has none, and its ports lead nowhere.
+Listeners (`observers` and the lists `on_...`) are no state: a copy has none, and its ports lead nowhere.
 
 Source: manual 6 to 8; fidelity FW-90 to FW-92.
 """
@@ -142,8 +142,8 @@ class ModuleState:
 
     __slots__ = (
         *_PLAIN, "answers", "application", "axes", "boot", "circuit", "coordinates", "eeprom", "entries", "firmware",
-        "instruction_clocks", "observers", "on_power", "outbox", "ports", "requests", "tables", "user_functions",
-        "user_parameters",
+        "instruction_clocks", "observers", "on_event", "on_power", "on_refusal", "outbox", "ports", "requests",
+        "tables", "user_functions", "user_parameters",
     )  # fmt: skip
 
     def __init__(
@@ -173,6 +173,10 @@ class ModuleState:
         self.user_parameters: dict[int, int] = {}
         """Global parameters of bank 1, by number: none in plain firmware (manual 8.2)."""
         self.observers: list[Observer] = []
+        self.on_event: list[Callable[[str], None]] = []
+        """Called with the kind of each event that observers are told of, for who needs no telegrams."""
+        self.on_refusal: list[Callable[[int], None]] = []
+        """Called with the status of each command of a host that is refused, as it is answered."""
         self.on_power: list[Callable[[], None]] = []
         """Called at the end of power-on."""
 
@@ -227,11 +231,18 @@ class ModuleState:
         """Tell the observers of an event."""
         for observer in self.observers:
             observer.event(kind, motor, self.now)
+        for listener in self.on_event:
+            listener(kind)
 
     def show(self, port: Port, direction: str, data: bytes) -> None:
         """Tell the observers of bytes that came in ("in") or go out ("out")."""
         for observer in self.observers:
             observer.telegram(port, direction, data, self.now)
+
+    def refused(self, status: int) -> None:
+        """A command of a host is answered with a status below `Status.OK`."""
+        for listener in self.on_refusal:
+            listener(status)
 
     # Random numbers (fidelity FW-52)
 

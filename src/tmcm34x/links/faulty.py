@@ -166,39 +166,41 @@ class _Delivery:
 
     def __init__(self, faults: Faults) -> None:
         self._faults = faults
-        self._waiting: deque[Callable[[], object]] = deque()
+        self.waiting: deque[Callable[[], object]] = deque()
+        """What is sent when its time has come."""
+        self.held: list[Callable[[], object]] = []
+        """What is kept until `release`."""
         self._last_s = 0.0
-        self._held: list[Callable[[], object]] = []
 
     def put(self, delay_s: float, send: Callable[[], object]) -> None:
         """Call `send` after a time, and after what was put before."""
         timing = self._faults.timing
-        if (not delay_s and not self._waiting) or timing is None:
+        if (not delay_s and not self.waiting) or timing is None:
             send()
             return
         now_s = timing.time()
         self._last_s = max(now_s + delay_s, self._last_s)
-        self._waiting.append(send)
+        self.waiting.append(send)
         timing.call_later(self._last_s - now_s, self._next)
 
     def hold(self, send: Callable[[], object]) -> None:
         """Keep something until `release`."""
-        self._held.append(send)
+        self.held.append(send)
 
     def release(self) -> None:
         """Put what was kept."""
-        held, self._held = self._held, []
+        held, self.held = self.held, []
         for send in held:
             self.put(0.0, send)
 
     def clear(self) -> None:
         """Forget all of it."""
-        self._waiting.clear()
-        self._held.clear()
+        self.waiting.clear()
+        self.held.clear()
 
     def _next(self) -> None:
-        if self._waiting:
-            self._waiting.popleft()()
+        if self.waiting:
+            self.waiting.popleft()()
 
 
 class _Faulty:
@@ -211,6 +213,11 @@ class _Faulty:
         self._draws = faults.draws()
         self._delivery = _Delivery(faults)
         self._refused: tuple[int, Instruction] | None = None
+
+    @property
+    def _quiet(self) -> bool:
+        """Whether a reply goes out as if there were no faults."""
+        return not (self._faults.armed or self._delivery.waiting)
 
     def _on_request(self, ask: Callable[[bytes], None], data: bytes) -> None:
         """Ask the module what is in `data`, or something harmless, or nothing."""
@@ -269,7 +276,8 @@ class _Line(_Faulty):
 
     def receive(self, data: bytes) -> None:
         """Take a request, or several."""
-        self._delivery.release()
+        if self._delivery.held:
+            self._delivery.release()
         if not self._faults.armed:
             self._peer.receive(data)
             return
@@ -293,7 +301,10 @@ class _Line(_Faulty):
     def _reply(self, data: bytes) -> None:
         if self._refused is not None:
             data = pack_reply(self._refuse(unpack_reply(data)))
-        self._on_reply(self._send, data)
+        if self._quiet:
+            self._send(data)
+        else:
+            self._on_reply(self._send, data)
 
 
 class _Node(_Faulty):
@@ -308,7 +319,12 @@ class _Node(_Faulty):
 
     def receive_frame(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
         """Take a frame."""
-        self._delivery.release()
+        if self._delivery.held:
+            self._delivery.release()
+        if not self._faults.armed:
+            self._refused = None
+            self._peer.receive_frame(identifier, data, bit_rate)
+            return
         self._on_request(lambda asked: self._peer.receive_frame(identifier, asked, bit_rate), data)
 
     def disconnect(self) -> None:
@@ -326,6 +342,9 @@ class _Node(_Faulty):
     def _reply(self, identifier: int, data: bytes) -> None:
         if self._refused is not None:
             data = pack_can_reply(self._refuse(unpack_can_reply(data)), len(data))
+        if self._quiet:
+            self._send(identifier, data)
+            return
         self._on_reply(partial(self._whole, identifier, len(data)), data)
 
     def _whole(self, identifier: int, size: int, data: bytes) -> None:

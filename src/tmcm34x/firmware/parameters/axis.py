@@ -106,7 +106,8 @@ def write_ram(core: ModuleState, axis: AxisState, number: int, value: int) -> St
 def _write_chip(core: ModuleState, axis: AxisState, number: int, value: int) -> Status:
     axis.write(_CHIP_FIELDS[number], value)
     currents.started(core, axis)
-    if core.observers and number == AP.TARGET_POSITION and axis.read(_CHIP_FIELDS[AP.RAMP_MODE]) == VELOCITY:
+    watched = core.observers or core.on_event
+    if watched and number == AP.TARGET_POSITION and axis.read(_CHIP_FIELDS[AP.RAMP_MODE]) == VELOCITY:
         core.tell("no_positioning", axis.motor)
     return OK
 

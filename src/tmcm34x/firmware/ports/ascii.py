@@ -115,6 +115,8 @@ class AsciiLine:
         host, own = letter(self._module.host_address), letter(self._module.address)
         too_long = len(line) > LONGEST_LINE
         status, value = (Status.INVALID_COMMAND, 0) if too_long else self._execute(line[1:].decode("latin-1"))
+        if status < Status.OK:
+            self._module.refused(status)
         self._output += b"%b%b %d %d\r" % (host, own, status, value)
 
     def _execute(self, line: str) -> tuple[int, int]:

@@ -90,6 +90,8 @@ class CanPort:
 
     def answer(self, status: int, number: int, value: int, size: int) -> None:
         """Send a reply in the normal form."""
+        if status < Status.OK:
+            self.module.refused(status)
         self.deliver(pack_can_reply(Reply(0, self._reply_address[1], status, number, value), size))
 
     def answer_text(self, text: bytes, size: int) -> None:

@@ -33,6 +33,7 @@ TIME_OUT: Final = 5 * MS
 _BYTES: Final = tuple(bytes((n,)) for n in range(256))
 _FIRST_CONTROL: Final = CONTROL.STOP_APPLICATION
 _WRONG_CHECKSUM: Final = int(Status.WRONG_CHECKSUM)
+_OK: Final = int(Status.OK)
 _ASCII_MODE: Final = 1
 """Bit of global parameter 67 that starts a port in ASCII mode."""
 
@@ -175,6 +176,8 @@ class SerialPort:
 
     def _answer(self, status: int, number: int, value: int) -> None:
         module = self.module
+        if status < _OK:
+            module.refused(status)
         host, address = self._reply_address
         body = REPLY_BODY.pack(host, address, status, number, value)
         data = body + _BYTES[sum(body) & 0xFF]
