@@ -48,6 +48,7 @@ Loop:   MVP   ABS, 0, 20000
 FIRST = (EXAMPLES / "manual" / "5.2-first-program.tmc").read_text()
 PROGRAMS = (("the manual's first program", FIRST, None), ("an XY stage", STAGE, "xy-stage.toml"))
 HOUR = 3600 * HZ
+ROUNDS, STRETCHES, STRETCH = 9, 10, 60 * HZ
 
 
 class Silent:
@@ -81,21 +82,32 @@ def run(time: Timed, until: int) -> float:
 
 
 def recording(build: Callable[[], Rig]) -> float:
-    """Time with a history over time without, as the median of pairs in turn."""
-    ratios: list[float] = []
-    for _ in range(5):
-        plain, recorded = build(), build()
-        for rig in (plain, recorded):
-            rig.modules[0].program.run()
-        alone = run(plain, 200 * HZ)
-        ratios.append(run(History(recorded), 200 * HZ) / alone)
-    return median(ratios)
+    """Time with a history over time without.
+
+    Both run the same stretches in turn, several times over; of each stretch the least time counts, so that other work
+    on the machine does not.  A stretch has several snapshots in it.
+    """
+    plain, recorded = zip(*(stretches(build, n % 2) for n in range(ROUNDS)), strict=True)
+    return sum(map(min, zip(*recorded, strict=True))) / sum(map(min, zip(*plain, strict=True)))
+
+
+def stretches(build: Callable[[], Rig], first: int) -> tuple[list[float], list[float]]:
+    """The times of the stretches without and with a history; which of both goes first changes."""
+    rigs = build(), build()
+    sides: tuple[Timed, Timed] = rigs[0], History(rigs[1])
+    for rig in rigs:
+        rig.modules[0].program.run()
+    times: tuple[list[float], list[float]] = [], []
+    for n in range(STRETCHES):
+        for side in (0, 1) if (n + first) % 2 else (1, 0):
+            times[side].append(run(sides[side], (n + 1) * STRETCH))
+    return times
 
 
 def served_us() -> tuple[float, float]:
     """Processor time of a telegram on a line of a server without and with a history, as medians of pairs in turn."""
     plain, recorded = line(False), line(True)
-    pairs = [(telegrams_us(plain), telegrams_us(recorded)) for _ in range(15)]
+    pairs = [(telegrams_us(plain), telegrams_us(recorded)) for _ in range(25)]
     return median(alone for alone, _ in pairs), median(kept for _, kept in pairs)
 
 

@@ -1,16 +1,20 @@
 """Every past moment can be reached again, and what was done differently is another branch."""
 
+from itertools import pairwise
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from debug.debuggees import PROGRAM, bench, breakpoints, go
+from debug.hosts import Hosts
 from tmcm34x.bench import simple_rig
 from tmcm34x.bench.action import Action
 from tmcm34x.clock import HZ, MS, NEVER, run_until
 from tmcm34x.debug.branches import HistoryError
-from tmcm34x.debug.history import DENSE_CLOCKS, History
+from tmcm34x.debug.history import DENSE_CLOCKS, DENSE_INPUTS, History
 from tmcm34x.debug.watches import Watch
+from tmcm34x.tmcl.datagram import pack_request
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
 
@@ -89,7 +93,7 @@ def test_what_has_not_come_yet_cannot_be_reached():
 
 def test_memory_stays_within_its_limit_and_recent_snapshots_are_denser():
     rig = simple_rig()
-    history = History(rig, limit=100 * History(rig).memory)
+    history = History(rig, limit=20 * History(rig).memory)
     move_for(history, 200)
     assert history.memory <= history.limit
     clocks = [snapshot.clock for snapshot in history.branch.snapshots]
@@ -117,6 +121,65 @@ def test_a_history_without_room_keeps_its_newest_snapshot_and_names_the_oldest_m
     with pytest.raises(HistoryError, match="the oldest moment is"):
         history.look_at(history.oldest - 1)
     history.look_at(history.oldest)
+
+
+COMMANDS = [
+    "MVP ABS, 0, 40000",
+    "MVP REL, 1, -300",
+    "ROR 2, 700",
+    "MST 2",
+    "GAP 1, 0",
+    "SAP 4, 0, 900",
+    "SGP 3, 2, 5",
+]
+PIECES = [pack_request(1, parse_instruction(command)) for command in COMMANDS]
+SENT = st.tuples(
+    st.integers(0, 1),
+    st.sampled_from([*PIECES, *(piece[:4] for piece in PIECES[:2]), *(piece[4:] for piece in PIECES[:2])]),
+    st.sampled_from([0, 1, 50, MS, 4 * MS, 6 * MS, HZ // 3, 2 * HZ]),
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(SENT, min_size=1, max_size=60), st.randoms(use_true_random=False))
+def test_what_came_over_lines_is_done_again_at_any_moment(sent, chance):
+    hosts = Hosts(2)
+    seen = {}
+    for n, piece in enumerate(sent):
+        hosts.send(*piece)
+        if n % 7 == 0:
+            hosts.server.rig.act(Action("switch", 0, (0, "left", n % 2 == 0)))
+            hosts.server.settle()
+        seen[hosts.history.now] = hosts.server.rig.digest()
+        hosts.wait(chance.choice([0, 3, MS, HZ]))
+        seen[hosts.history.now] = hosts.server.rig.digest()
+    clocks = list(seen)
+    chance.shuffle(clocks)
+    for clock in clocks:
+        assert hosts.history.look_at(clock).digest() == seen[clock]
+
+
+def test_telegrams_at_one_clock_have_snapshots_among_them_too():
+    hosts = Hosts(1)
+    for _ in range(2 * DENSE_INPUTS + 10):
+        hosts.send(0, PIECES[4], 0)
+    history = hosts.history
+    places = [snapshot.inputs for snapshot in history.branch.snapshots]
+    assert len(places) == 3 and all(after - before <= DENSE_INPUTS + 1 for before, after in pairwise(places))
+    assert history.look_at(history.now).digest() == history.rig.digest()
+
+
+def test_a_telegram_after_going_on_from_a_past_moment_belongs_to_the_new_branch():
+    hosts = Hosts(1)
+    for n in range(10):
+        hosts.send(0, PIECES[n % 3], HZ // 10)
+    history = hosts.history
+    hosts.server.put_back(lambda: history.go_on_from(HZ // 2))
+    hosts.send(0, PIECES[2], HZ // 10)
+    old, new = history.branches
+    assert [item.kind for item in new.inputs][-2:] == ["lines", "received"]
+    assert len(old.inputs) == 11 and new.inputs[-1].clock == history.now
+    assert history.look_at(history.now).digest() == history.rig.digest()
 
 
 # Steps back

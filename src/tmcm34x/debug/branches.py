@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from tmcm34x.clock import MS
+from tmcm34x.debug.inputs import Inputs
 
-INPUT_SIZE: Final = 200
-"""Memory of an input, roughly [bytes]."""
+if TYPE_CHECKING:
+    from tmcm34x.debug.inputs import Input
+    from tmcm34x.debug.states import PackedState
+
 SNAPSHOT_SIZE: Final = 200
-"""Memory of a snapshot besides its data, roughly [bytes]."""
+"""Memory of a snapshot besides its state, roughly [bytes]."""
 SPARSE: Final = 64
 """Snapshots of which one is dropped at a time, at most."""
 
@@ -27,34 +30,22 @@ class HistoryError(ValueError):
         self.nearest = nearest
 
 
-class Input(NamedTuple):
-    """Something that came from outside at a clock.
-
-    kind: a key of `course.INPUTS`; number: of the module or the line; values: plain values
-    """
-
-    clock: int
-    kind: str
-    number: int
-    values: tuple[Any, ...]
-
-
 LineShape = tuple[int, str, tuple[Any, ...]]
 """A line that is plugged in: its number, and what `bench.lines.open_line` needs."""
 
 
 class Snapshot(NamedTuple):
-    """The state of the bench at a clock, after so many inputs of its branch, with the lines that it had."""
+    """The state of a bench at a clock, after so many inputs of its branch, with the lines that it had."""
 
     clock: int
     inputs: int
     lines: tuple[LineShape, ...]
-    data: bytes
+    state: PackedState
 
     @property
     def size(self) -> int:
-        """Its memory [bytes]."""
-        return len(self.data) + SNAPSHOT_SIZE
+        """Its memory, without that of EEPROM images [bytes]."""
+        return len(self.state.rest) + SNAPSHOT_SIZE
 
 
 @dataclass
@@ -71,7 +62,7 @@ class Branch:
     since: int
     end: int
     parent: int = -1
-    inputs: list[Input] = field(default_factory=list[Input])
+    inputs: Inputs = field(default_factory=Inputs)
     snapshots: list[Snapshot] = field(default_factory=list[Snapshot])
     forgotten: int = 0
 
@@ -119,7 +110,7 @@ class Branch:
         """Drop the oldest snapshot, and the inputs before the next one."""
         del self.snapshots[0]
         gone = self.snapshots[0].inputs - self.forgotten
-        del self.inputs[:gone]
+        self.inputs.forget(gone)
         self.forgotten += gone
 
     def thin(self) -> None:

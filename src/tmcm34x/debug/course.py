@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.bench.action import Action, perform
 from tmcm34x.bench.lines import LineEnd, SerialEnd, open_line
+from tmcm34x.debug.branches import Snapshot
+from tmcm34x.debug.inputs import RECEIVED
+from tmcm34x.debug.states import load_state, pack_state
 from tmcm34x.debug.view import View
 from tmcm34x.firmware.program import StandAloneProgram
 from tmcm34x.tmcl.datagram import Instruction
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
-    from tmcm34x.clock import Value
-    from tmcm34x.debug.branches import Branch, Input, LineShape, Snapshot
+    from tmcm34x.debug.branches import Branch, LineShape
+    from tmcm34x.debug.inputs import Input
     from tmcm34x.firmware.module import FirmwareModule
 
 
@@ -47,17 +49,6 @@ WAYPOINTS: Final = 64
 """States on the way that a course keeps, the latest."""
 WAYPOINT_EVENTS: Final = 32
 """Events from one to the next."""
-WAYPOINT_SIZE: Final = 30 << 10
-"""Memory of one, roughly [bytes]."""
-
-
-class Waypoint(NamedTuple):
-    """The state of the rig at a clock on the way, after so many inputs of the branch, with the lines that it had."""
-
-    clock: int
-    inputs: int
-    lines: tuple[LineShape, ...]
-    state: Value
 
 
 class CancelledError(Exception):
@@ -81,7 +72,7 @@ class Course:
         self.lines = {} if lines is None else lines
         self.cancelled = False
         """Set it, in another thread too, to have a run end with `CancelledError`."""
-        self._waypoints: dict[int, Waypoint] = {}
+        self._waypoints: dict[int, Snapshot] = {}
         self._holding: Holding | None = None
 
     def next_event(self) -> int:
@@ -145,13 +136,10 @@ class Course:
         while len(self._waypoints) > WAYPOINTS:
             del self._waypoints[next(iter(self._waypoints))]
 
-    def start_from(self, place: Snapshot | Waypoint) -> None:
+    def start_from(self, place: Snapshot) -> None:
         """Bring the rig to a snapshot of the branch, or to a state that was kept on the way."""
         self.arrange(place.lines)
-        if isinstance(place, Waypoint):
-            self.rig.load(place.state)
-        else:
-            self.rig.restore(zlib.decompress(place.data))
+        load_state(self.rig, place.state)
         self.done = place.inputs
         self._expect()
 
@@ -173,7 +161,7 @@ class Course:
         ):  # to advance again at one clock would take early notice of what has just changed
             self.advance(clock)
 
-    def _nearest(self, clock: int) -> Snapshot | Waypoint:
+    def _nearest(self, clock: int) -> Snapshot:
         """The last state at or before `clock` that is known; raises `HistoryError` where there is none."""
         snapshot = self.branch.snapshot_before(clock)
         nearest = max((at for at in self._waypoints if at <= clock), default=-1)
@@ -185,12 +173,16 @@ class Course:
         waypoints.pop(now, None)
         if len(waypoints) >= WAYPOINTS:
             del waypoints[next(iter(waypoints))]
-        waypoints[now] = Waypoint(now, self.done, self.shapes, self.rig.save())
+        waypoints[now] = self.snapshot()
+
+    def snapshot(self) -> Snapshot:
+        """The present state."""
+        return Snapshot(self.rig.now, self.done, self.shapes, pack_state(self.rig))
 
     @property
     def memory(self) -> int:
         """Memory of what was kept on the way [bytes]."""
-        return WAYPOINT_SIZE * len(self._waypoints)
+        return sum(kept.size for kept in self._waypoints.values())
 
     # Lines
 
@@ -282,7 +274,7 @@ CONTROLS: Final[Mapping[str, Callable[[StandAloneProgram], object]]] = {
 INPUTS: Final[Mapping[str, Callable[..., None]]] = {
     "action": _do_action, "command": _do_command, "assignment": _do_assignment, "control": _do_control,
     "program": _do_program,
-    HELD: _do_hold, REFUSED: _do_hold, "plugged": _do_plug, "unplugged": _do_unplug, "received": _do_receive,
+    HELD: _do_hold, REFUSED: _do_hold, "plugged": _do_plug, "unplugged": _do_unplug, RECEIVED: _do_receive,
     "lines": change_lines,
 }  # fmt: skip
 """How each kind of input is done again: with the number of the module or of the line."""

@@ -15,13 +15,14 @@ A history stands between a bench and who moves its time: it is a `Timed` itself.
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
+from tmcm34x.bench.lines import SerialEnd
 from tmcm34x.clock import HZ
-from tmcm34x.debug.branches import INPUT_SIZE, Branch, Input, Snapshot
+from tmcm34x.debug.branches import Branch
 from tmcm34x.debug.course import Course, change_lines
+from tmcm34x.debug.inputs import RECEIVED, Input, size
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
@@ -34,10 +35,8 @@ DENSE_EVENTS: Final = 250
 """Events from one snapshot to the next, as they are taken."""
 DENSE_INPUTS: Final = 2000
 """Inputs from one snapshot to the next: to do one again takes less than an event."""
-DENSE_CLOCKS: Final = 30 * HZ
+DENSE_CLOCKS: Final = 15 * HZ
 """Longest virtual time from one snapshot to the next while anything happens."""
-_SELDOM: Final = 255
-"""Mask of the number of inputs at which `received` looks whether a snapshot is due."""
 SPARE: Final = 0.05
 """Part of the limit that is freed when it is reached."""
 
@@ -57,19 +56,28 @@ class History:
         """Called when a branch begins or the bench is brought back."""
         self.on_restore: list[Callable[[], None]] = []
         """Called when the bench was brought to a state that is not of its past."""
-        self._looking = Course(rig.replica(), Branch(0, rig.now, rig.now), 0)
-        self._course = Course(rig, self._looking.branch, 0)
+        self.branch = Branch(0, rig.now, rig.now)
+        """The present branch."""
+        self._looking = Course(rig.replica(), self.branch, 0)
+        self._course = Course(rig, self.branch, 0)
         self._apart: Course | None = None
         self._abandoned: list[Branch] = []
         self._branches = 1
         self._lines = 0
         self._numbers: dict[LineEnd, int] = {}
-        self._events = 0
         self._repeating = False
         self._ahead = False
         """Whether inputs of the branch are still to come: the bench was brought back, and goes the same way again."""
-        self._size = 0
+        self._size = self._sized = 0
+        """Memory of the snapshots, and of so many inputs of the present branch."""
+        self._events_left = 0
+        """Events until the next snapshot; none behind the end of the branch, where the same way may be gone again."""
+        self._quiet_until = 0
+        """The clock up to which there is no event, as far as is known."""
+        self._inputs_due = 0
+        """The number of inputs kept at which the next snapshot is due."""
         self._snapshot_due = 0
+        """The clock at which it is due."""
         self._snapshot()
         self._looking.start_from(self.branch.snapshots[0])
         rig.on_action.append(self._note_action)
@@ -79,11 +87,6 @@ class History:
         self.rig.on_action.remove(self._note_action)
 
     # Where it stands
-
-    @property
-    def branch(self) -> Branch:
-        """The present branch."""
-        return self._course.branch
 
     @property
     def branches(self) -> Sequence[Branch]:
@@ -103,7 +106,18 @@ class History:
     @property
     def memory(self) -> int:
         """Memory of all snapshots and inputs, and of what looking at the past keeps besides [bytes]."""
-        return self._size + self._looking.memory
+        return self._size + self._fresh_size + self._looking.memory
+
+    @property
+    def _fresh_size(self) -> int:
+        """Memory of the inputs since the last snapshot [bytes]."""
+        branch = self.branch
+        return size(branch.inputs.contents[self._sized - branch.forgotten :])
+
+    @property
+    def _done(self) -> int:
+        """How many inputs of the branch the bench has had."""
+        return self._course.done if self._ahead else self.branch.count
 
     @property
     def has_lines(self) -> bool:
@@ -112,9 +126,12 @@ class History:
 
     def _measure(self) -> None:
         """Add up everything anew: branches share what they have of a common past."""
-        snapshots = {id(s): s.size for branch in self.branches for s in branch.snapshots}
-        inputs = {id(item) for branch in self.branches for item in branch.inputs}
-        self._size = sum(snapshots.values()) + INPUT_SIZE * len(inputs)
+        branches = self.branches
+        snapshots = {id(s): s for branch in branches for s in branch.snapshots}
+        images = {id(image): len(image) for s in snapshots.values() for image in s.state.images}
+        contents = {id(content): content for branch in branches for content in branch.inputs.contents}
+        self._size = sum(s.size for s in snapshots.values()) + sum(images.values()) + size(contents.values())
+        self._sized = self.branch.count
 
     # Time
 
@@ -125,23 +142,35 @@ class History:
 
     def next_event(self) -> int:
         """The next clock at which something happens, inputs that are repeated included."""
-        return self._course.next_event() if self._ahead else self.rig.next_event()
+        if not self._events_left:
+            return self._course.next_event() if self._ahead else self.rig.next_event()
+        self._quiet_until = when = self.rig.next_event()
+        return when
 
     def advance(self, now: int) -> None:
         """Bring the bench to clock `now`; nothing happens where it is there already."""
         rig = self.rig
-        if now <= rig.now:
+        if rig.now < now < self._quiet_until:
+            rig.advance(now)
+            self.branch.end = now
+        elif now > rig.now:
+            self._advance(now)
+
+    def _advance(self, now: int) -> None:
+        """`advance` with an event."""
+        branch = self.branch
+        if self._events_left and now < self._snapshot_due:
+            self._events_left -= 1
+            self.rig.advance(now)
+            branch.end = now
             return
         if self._ahead:
             self._repeat(now)
         else:
-            rig.advance(now)
-        branch = self._course.branch
+            self.rig.advance(now)
         if now > branch.end:
             branch.end = now
-            self._events += 1
-            if self._events >= DENSE_EVENTS or now >= self._snapshot_due:
-                self._snapshot()
+            self._snapshot()
 
     def _repeat(self, now: int) -> None:
         course = self._course
@@ -158,7 +187,7 @@ class History:
         """Keep an input that was just done at the bench's clock."""
         if not self._repeating:
             self._record(self.rig.now, kind, index, values)
-            if self._course.done - self.branch.snapshots[-1].inputs >= DENSE_INPUTS:
+            if len(self.branch.inputs) >= self._inputs_due:
                 self._snapshot()
 
     def record_hold(self, kind: str, index: int, values: tuple[Any, ...]) -> None:
@@ -167,12 +196,9 @@ class History:
             self._record(self.rig.modules[index].now, kind, index, values)
 
     def _record(self, now: int, kind: str, index: int, values: tuple[Any, ...]) -> None:
-        course = self._course
-        if self._ahead or now < course.branch.end:
-            self._begin_branch(course.branch, now, course.done)
-        course.branch.inputs.append(Input(now, kind, index, values))
-        course.done += 1
-        self._size += INPUT_SIZE
+        if self._ahead or now < self.branch.end:
+            self._begin_branch(self.branch, now, self._done)
+        self.branch.inputs.append(Input(now, kind, index, values))
 
     def _note_action(self, action: Action, _: int) -> None:
         self.record("action", action.module, (action.name, *action.operands))
@@ -180,40 +206,51 @@ class History:
     def _begin_branch(self, parent: Branch, clock: int, done: int) -> None:
         """Leave the present branch for a new one that shares the past of `parent`."""
         self._leave_for(parent.fork(self._branches, clock, done))
-        self._snapshot_due = clock + DENSE_CLOCKS
         self._changed()
 
     def _leave_for(self, branch: Branch) -> None:
         """Go on in a new branch."""
-        course = self._course
-        self._abandoned.append(course.branch)
-        course.branch = branch
-        self._ahead = False
-        course.end_holding()
+        self._abandoned.append(self.branch)
+        self._take(branch)
+        self._course.end_holding()
         self._branches += 1
-        self._events = 0
+        self._inputs_due = len(branch.inputs) + DENSE_INPUTS
         self._measure()
+
+    def _take(self, branch: Branch, *, ahead: bool = False) -> None:
+        """Be in a branch; at its end, unless inputs are still to come or time is."""
+        self.branch = self._course.branch = branch
+        self._ahead = ahead
+        self._events_left = self._quiet_until = 0
 
     # What comes over lines; a `server.Recorder`
 
-    def plugged(self, end: LineEnd) -> None:
-        """A line was plugged in."""
+    def plugged(self, end: LineEnd) -> Callable[..., None]:
+        """A line was plugged in; returns what takes the values that it receives."""
         number = self._lines = self._lines + 1
         self._course.lines[number] = end
         self._numbers[end] = number
         self.record("plugged", number, end.describe())
+        return self._taker(number) if isinstance(end, SerialEnd) else self._frame_taker(number)
 
-    def received(self, end: LineEnd, values: tuple[Any, ...]) -> None:
-        """`end` has received these values: `record` without the calls that a line would have to pay for."""
-        course, now = self._course, self.rig.now
-        branch = course.branch
-        inputs = branch.inputs
-        if now < branch.end or course.done - branch.forgotten < len(inputs) or not len(inputs) & _SELDOM:
-            self.record("received", self._numbers[end], values)
-            return
-        inputs.append(Input(now, "received", self._numbers[end], values))
-        course.done += 1
-        self._size += INPUT_SIZE
+    def _taker(self, number: int) -> Callable[[bytes, bool, int | None], None]:
+        """`record` without the calls that each telegram would have to pay for."""
+        rig, late = self.rig, -number
+
+        def take(data: bytes, over: bool, baud_rate: int | None) -> None:
+            inputs = self.branch.inputs
+            contents = inputs.contents
+            if baud_rate is None and self._events_left and len(contents) < self._inputs_due:
+                inputs.clocks.append(rig.now)
+                inputs.lines.append(late if over else number)
+                contents.append(data)
+            else:
+                self.record(RECEIVED, number, (data, over, baud_rate))
+
+        return take
+
+    def _frame_taker(self, number: int) -> Callable[..., None]:
+        return lambda *values: self.record(RECEIVED, number, values)
 
     def unplugged(self, end: LineEnd) -> None:
         """A line was unplugged."""
@@ -223,9 +260,8 @@ class History:
 
     def restored(self) -> None:
         """The bench was brought to a state from elsewhere: a branch begins there that has no past."""
-        now, course = self.rig.now, self._course
+        now = self.rig.now
         self._leave_for(Branch(self._branches, now, now))
-        course.done = 0
         self._snapshot()
         self._changed()
         for listener in self.on_restore:
@@ -272,10 +308,9 @@ class History:
         course = self.course_to(clock, branch)
         if branch is not self.branch:
             self._abandoned = [*(b for b in self._abandoned if b is not branch), self.branch]
-            self._course.branch = branch
         self.rig.load(course.rig.save())
         self._course.done = course.done
-        self._ahead = course.done < branch.count
+        self._take(branch, ahead=course.done < branch.count)
         self._changed()
 
     def go_on_from(self, clock: int, branch: Branch | None = None) -> None:
@@ -291,7 +326,6 @@ class History:
         change_lines(course, 0, *shapes)
         self.rig.load(course.rig.save())
         self._begin_branch(branch, clock, done)
-        self._course.done = done
         self._record(clock, "lines", 0, shapes)
         self._looking.take(self.branch)
         self._looking.done = self.branch.count
@@ -304,14 +338,21 @@ class History:
     # Memory
 
     def _snapshot(self) -> None:
-        data = zlib.compress(self.rig.snapshot(), 1)
-        snapshot = Snapshot(self.rig.now, self._course.done, self._course.shapes, data)
-        self.branch.snapshots.append(snapshot)
-        self._events = 0
-        self._size += snapshot.size
+        branch, course = self.branch, self._course
+        before = branch.snapshots[-1].state.images if branch.snapshots else ()
+        course.done = self._done
+        snapshot = course.snapshot()
+        branch.snapshots.append(snapshot)
+        self._size += snapshot.size + sum(
+            len(image) for image in snapshot.state.images if image not in before
+        )
+        self._size += self._fresh_size
+        self._sized = branch.count
+        self._events_left = DENSE_EVENTS
         self._snapshot_due = self.rig.now + DENSE_CLOCKS
         if self._size > self.limit:
             self._make_room(self.limit - round(self.limit * SPARE))
+        self._inputs_due = len(branch.inputs) + DENSE_INPUTS
 
     def _make_room(self, limit: int) -> None:
         """Drop the oldest branches that were left, then what is missed least."""
@@ -326,7 +367,7 @@ class History:
             if self._looking.branch is gone:
                 self._looking.take(branch)
                 self._looking.start_from(branch.snapshots[0])
-        elif len(branch.snapshots) > 2 and INPUT_SIZE * len(branch.inputs) < self.limit // 2:
+        elif len(branch.snapshots) > 2 and size(branch.inputs.contents) < self.limit // 2:
             branch.thin()
         elif len(branch.snapshots) > 1:
             branch.forget_oldest()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from tmcm34x.debug.course import HELD, REFUSED
 from tmcm34x.debug.expressions import ExpressionError, compile_reference, values_of
+from tmcm34x.debug.inputs import RECEIVED
 from tmcm34x.debug.reverse import Here, let_pass, stretches
 from tmcm34x.firmware.commands.coordinates import ALL_COORDINATES, ALL_MOTORS
 from tmcm34x.tmcl.commands import BY_NUMBER, PROGRAM_SIZE
@@ -14,7 +15,7 @@ from tmcm34x.tmcl.datagram import CAN_SIZES, Instruction, unpack_can_request, un
 from tmcm34x.tmcl.mnemonic import format_instruction
 
 if TYPE_CHECKING:
-    from tmcm34x.debug.branches import Input
+    from tmcm34x.debug.inputs import Input
     from tmcm34x.debug.view import View
 
 USER_BANK: Final = 2
@@ -138,7 +139,7 @@ def _cause(instruction: Instruction | None) -> str:
 
 def telegram(done: Input) -> Instruction | None:
     """The command in a whole telegram or frame that came over a line; None for anything else."""
-    if done.kind != "received":
+    if done.kind != RECEIVED:
         return None
     if isinstance(done.values[0], int):
         data = done.values[1]
@@ -165,7 +166,7 @@ def _plain(done: Input) -> str:
 _DESCRIBED: Final[Mapping[str, Callable[[Input], str]]] = {
     "assignment": lambda done: f"debugger: {done.values[0]} = {done.values[1]}",
     "control": lambda done: f"debugger: {done.values[0]}",
-    "received": lambda done: "bytes of a host",
+    RECEIVED: lambda done: "bytes of a host",
     "plugged": lambda _: "a line was plugged in",
     "unplugged": lambda _: "a line was unplugged",
     "lines": lambda _: "the bench went on from a past moment",

@@ -92,6 +92,7 @@ class Eeprom:
     """
 
     __slots__ = (
+        "_image",
         "axis_values",
         "coordinates",
         "driver_chain",
@@ -112,6 +113,8 @@ class Eeprom:
         self.revision = 0
         self.listeners: list[Listener] = []
         """Called with each write, or with several that belong together."""
+        self._image = b""
+        """What `to_bytes` has last made, while it holds."""
         self.program = bytearray(_PROGRAM_BYTES)
         self.axis_values: list[dict[int, int]] = []
         """For each motor: value by number of the storable axis parameters."""
@@ -130,6 +133,7 @@ class Eeprom:
         return _copied, (self.model, self.profile, self.to_bytes(), self.revision)
 
     def _changed(self, *changes: Change) -> None:
+        self._image = b""
         self.revision += 1
         for listener in self.listeners:
             listener(changes)
@@ -156,6 +160,7 @@ class Eeprom:
         axis_defaults, global_defaults = self._defaults()
         self.axis_values = [axis_defaults | values for values in self.axis_values]
         self.global_values = global_defaults | self.global_values
+        self._image = b""
 
     @property
     def locked(self) -> bool:
@@ -217,7 +222,12 @@ class Eeprom:
         self._changed(Change(Cell.PROGRAM_ERASED))
 
     def to_bytes(self) -> bytes:
-        """The image, as the module docstring lays it out."""
+        """The image, as the module docstring lays it out: the same object as long as nothing is written."""
+        if not self._image:
+            self._image = self._make_image()
+        return self._image
+
+    def _make_image(self) -> bytes:
         body = bytearray((len(self.axis_values[0]),))
         for number in sorted(self.axis_values[0]):
             body += _AXIS.pack(number, *(values[number] for values in self.axis_values))

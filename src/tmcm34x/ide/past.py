@@ -142,7 +142,7 @@ class Past:
 
 def _telegrams(branch: Branch) -> list[int]:
     """How many telegrams, pieces of them and frames came in each of `BUCKETS` equal parts of the time."""
-    clocks = [item.clock for item in branch.inputs if item.kind == "received"]
+    clocks = branch.inputs.received
     span = max(1, branch.end - branch.oldest)
     edges = [branch.oldest + span * n // BUCKETS for n in range(BUCKETS)]
     places = [*(bisect_left(clocks, edge) for edge in edges), len(clocks)]
@@ -150,7 +150,7 @@ def _telegrams(branch: Branch) -> list[int]:
 
 
 def _actions(branch: Branch) -> Iterator[wire.Mark]:
-    for item in branch.inputs:
+    for item in branch.inputs.others:
         if item.kind == "action":
             name, motor = item.values[0], item.values[1] if len(item.values) > 2 else -1
             kind = "fault" if name == "fault" else "action"

@@ -45,8 +45,7 @@ class ClientLine:
         )
         self._time_out_s = TIME_OUT_S + latency_ms / 1000
         self._last_s = -math.inf
-        if server.recorder is not None:
-            server.recorder.plugged(self._end)
+        self._record = None if server.recorder is None else server.recorder.plugged(self._end)
 
     def receive(self, data: bytes) -> None:
         """Take bytes that the client sent."""
@@ -58,8 +57,8 @@ class ClientLine:
         over = wall_s - self._last_s > self._time_out_s
         baud_rate = None if self._baud_rate is None else self._baud_rate()
         self._end.receive(data, over, baud_rate)
-        if server.recorder is not None:
-            server.recorder.received(self._end, (data, over, baud_rate))
+        if self._record is not None:
+            self._record(data, over, baud_rate)
         self._last_s = wall_s
         server.look_ahead()
 
@@ -85,8 +84,7 @@ class Bus:
         self.server = server
         self.clients: list[_Node] = []
         self.end = CanEnd(server.rig, self._reply, crowd=server.crowd)
-        if server.recorder is not None:
-            server.recorder.plugged(self.end)
+        self.record = None if server.recorder is None else server.recorder.plugged(self.end)
 
     def connect(self, name: str, send: SendFrame) -> BusPeer:
         """A further client."""
@@ -116,8 +114,8 @@ class _Node:
             if client is not self:
                 client.deliver(identifier, data)
         self._bus.end.receive_frame(identifier, data, bit_rate)
-        if server.recorder is not None:
-            server.recorder.received(self._bus.end, (identifier, data, bit_rate))
+        if self._bus.record is not None:
+            self._bus.record(identifier, data, bit_rate)
         server.look_ahead()
 
     def disconnect(self) -> None:

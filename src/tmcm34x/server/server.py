@@ -13,7 +13,7 @@ import asyncio
 import math
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 from tmcm34x import clock
 from tmcm34x.bench.crowd import Crowd
@@ -57,12 +57,8 @@ class Advancing(Protocol):
 class Recorder(Protocol):
     """Keeps what comes over lines; each method is called at the bench's clock, after it has happened."""
 
-    def plugged(self, end: LineEnd, /) -> None:
-        """A client has come."""
-        ...
-
-    def received(self, end: LineEnd, values: tuple[Any, ...], /) -> None:
-        """`end` has received these values."""
+    def plugged(self, end: LineEnd, /) -> Callable[..., None]:
+        """A client has come; returns what takes the arguments of each call of `end.receive` or `end.receive_frame`."""
         ...
 
     def unplugged(self, end: LineEnd, /) -> None:
