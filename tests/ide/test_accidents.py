@@ -162,7 +162,7 @@ def test_no_line_of_the_terminal_moves_a_module_that_is_not_armed(tmp_path):
 
 MOTIONS = (
     wire.Turn(0, 300), wire.Jog(0, 300), wire.Profile(0, 100, 300, 100), wire.Zero(0), wire.Search(0), wire.Go(1, [0]),
-    wire.ControlProgram("run"), wire.ExecuteText("ROR 0, 500"), wire.Execute(2, 0, 0, 500),
+    wire.Stride(0, 300), wire.ControlProgram("run"), wire.ExecuteText("ROR 0, 500"), wire.Execute(2, 0, 0, 500),
     wire.ExecuteText("SAP 0, 0, 500"), wire.ExecuteText("129"), wire.ExecuteText("RFS START, 0"),
 )  # fmt: skip
 

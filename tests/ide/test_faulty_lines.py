@@ -62,7 +62,7 @@ def test_one_damaged_reply_in_thirteen_leaves_everything_complete(tmp_path):
             True,
         )
         bench.do(lambda: bench.module.axes[1].values.update({4: 1}))
-        imported = await page.call(wire.ImportSettings(text))
+        imported = await page.call(wire.ImportSettings(text.encode()))
         assert (imported["count"] > 60, imported["refused"]) == (True, [])
         assert (await _kept(page, STORED)).complete
         assert bench.module.eeprom.axis_values[1][4] == 777
@@ -82,7 +82,7 @@ def test_a_silent_module_is_no_empty_one(tmp_path):
         bench.arm("silent")
         assert "INCOMPLETE" in (await page.call(wire.ExportSettings("toml"))).splitlines()[0]
         assert "not complete" in _errors(page)[0]
-        for call in (wire.ImportSettings(text), wire.Download("a.tmc"), wire.Upload()):
+        for call in (wire.ImportSettings(text.encode()), wire.Download("a.tmc"), wire.Upload()):
             assert await page.refusal(call) == "module"
         ended = await _kept(page, STORED)
         assert (ended.complete, bool(ended.text)) == (False, True)
@@ -111,7 +111,7 @@ def test_an_import_on_a_line_that_is_lost_says_how_much_is_set(tmp_path):
     async def scenario(bench, page):
         text = await page.call(wire.ExportSettings("toml"))
         bench.arm("unplug,after=30")
-        answer = await page.ask(wire.ImportSettings(text))
+        answer = await page.ask(wire.ImportSettings(text.encode()))
         assert answer.code == "module"
         assert answer.text.startswith("The import is not complete: ")
         assert re.search(r"\d+ of \d+ values are set, the others are not\.$", answer.text)
@@ -144,10 +144,10 @@ def test_settings_of_another_model_are_taken_over_only_on_request(tmp_path):
     async def scenario(bench, page):
         text = (await page.call(wire.ExportSettings("toml"))).replace("TMCM-343", "TMCM-341")
         text = text.replace("model = 343", "model = 341").replace("max_speed = 1000", "max_speed = 555")
-        answer = await page.ask(wire.ImportSettings(text))
+        answer = await page.ask(wire.ImportSettings(text.encode()))
         assert (answer.code, "TMCM-341" in answer.text) == ("confirm", True)
         assert bench.module.axes[0].values[4] == 1000
-        assert (await page.call(wire.ImportSettings(text, sure=True)))["refused"] == []
+        assert (await page.call(wire.ImportSettings(text.encode(), sure=True)))["refused"] == []
         assert bench.module.axes[0].values[4] == 555
 
     _go(tmp_path, scenario)

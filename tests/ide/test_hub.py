@@ -427,7 +427,7 @@ def test_settings_travel_from_one_module_to_another(tmp_path, form):
             assert (await page.execute(line))["status"] == 100
         text = await page.call(wire.ExportSettings(form))
         await page.call(wire.Execute(137, value=1234, sure=True))
-        imported = await page.call(wire.ImportSettings(text))
+        imported = await page.call(wire.ImportSettings(text.encode()))
         assert (imported["count"] > 60, imported["refused"]) == (True, [])
         for line, value in (
             ("GAP 4, 0", 777),

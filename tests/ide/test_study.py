@@ -88,12 +88,12 @@ def test_a_tracefile_of_a_run_is_read(tmp_path):
     text = "TN:\nSF:program.tmc\nBRDA:6,0,0,9\nBRDA:6,0,1,1\nDA:1,1\nDA:6,10\nend_of_record\n"
 
     async def scenario(ide, page):
-        rows = await page.call(wire.ReadTracefile(text))
+        rows = await page.call(wire.ReadTracefile(text.encode()))
         assert rows == [
             {"path": "program.tmc", "line": 1, "executed": 1, "jumped": None},
             {"path": "program.tmc", "line": 6, "executed": 10, "jumped": 9},
         ]
-        assert await page.refusal(wire.ReadTracefile("Loop: JA Loop")) == "text"
+        assert await page.refusal(wire.ReadTracefile(b"Loop: JA Loop")) == "text"
 
     _go(tmp_path, scenario)
 

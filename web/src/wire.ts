@@ -1,5 +1,8 @@
 // Written by `python -m tmcm34x.ide.typescript` from src/tmcm34x/ide/wire.py: change that, not this.
 
+/** Bytes in base64. */
+export type Base64 = string;
+
 export const PROTOCOL = 5;
 export const WATCH_BIT = 7;
 export const MOTOR_FLAGS = { left: 1, right: 2, home: 4, reached: 8, left_off: 16, right_off: 32, energised: 64, stalled: 128 } as const;
@@ -737,7 +740,7 @@ export interface ReadCoverage {
 /** What an lcov tracefile counts, such as `tmcm34x run --coverage` writes. */
 export interface ReadTracefile {
     call: "read_tracefile";
-    text: string;
+    file: Base64;
 }
 
 /** The registers of a virtual module's motion chips, read without acting on them. */
@@ -863,6 +866,13 @@ export interface Jog {
     velocity: number;
 }
 
+/** Move a motor by a step of an arrow [microsteps]; steps in quick succession add up. */
+export interface Stride {
+    call: "stride";
+    motor: number;
+    distance: number;
+}
+
 /** Parameters to be sent with this page's state frames. */
 export interface Watch {
     call: "watch";
@@ -971,10 +981,10 @@ export interface ExportSettings {
     format: "tmcl" | "toml";
 }
 
-/** Set the parameters in a text of `export_settings`; what became of it. Refused with code `confirm` where the settings are of another model, unless `sure`. */
+/** Set the parameters in a file of `export_settings`; what became of it. Refused with code `confirm` where the settings are of another model, unless `sure`. */
 export interface ImportSettings {
     call: "import_settings";
-    text: string;
+    file: Base64;
     sure?: boolean;
 }
 
@@ -1016,7 +1026,7 @@ export interface Ping {
     call: "ping";
 }
 
-export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | Compare | ReadMap | Cover | ReadCoverage | ReadTracefile | ReadRegisters | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ShowPast | LeavePast | GoOn | ReadMarks | CheckBench | CompleteBench | ListExamples | ReadExample | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping;
+export type Call = ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile | Assemble | Download | Upload | Adopt | Compare | ReadMap | Cover | ReadCoverage | ReadTracefile | ReadRegisters | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Stride | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom | ShowPast | LeavePast | GoOn | ReadMarks | CheckBench | CompleteBench | ListExamples | ReadExample | ExportSettings | ImportSettings | ListPorts | Scan | StopScan | Connect | UseVirtual | Ping;
 
 /** The type of the answer's result, by call. */
 export interface Results {
@@ -1053,6 +1063,7 @@ export interface Results {
     profile: number;
     keep: number;
     jog: null;
+    stride: null;
     watch: null;
     set_rate: null;
     follow_log: null;

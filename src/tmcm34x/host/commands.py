@@ -35,6 +35,11 @@ def rotate(motor: int, velocity: int) -> Instruction:
     return Instruction(NUMBERS["ROR" if velocity >= 0 else "ROL"], 0, motor, abs(velocity))
 
 
+def move_by(motor: int, distance: int) -> Instruction:
+    """Move a motor by a distance from where it is [microsteps]."""
+    return Instruction(NUMBERS["MVP"], MOVES["REL"], motor, distance)
+
+
 def start_search(motor: int) -> Instruction:
     """Start the reference search of a motor."""
     return Instruction(NUMBERS["RFS"], SEARCHES["START"], motor)

@@ -27,6 +27,7 @@ from tmcm34x.ide.faults import fault
 from tmcm34x.ide.found import Found
 from tmcm34x.ide.motions import JOG_PATIENCE_S, Motion
 from tmcm34x.ide.stopping import RETRY_S, Stopping
+from tmcm34x.ide.strides import Strides
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import MnemonicError, format_instruction, parse_instruction
@@ -64,6 +65,7 @@ class Authority:
         self._numbers = count(1)
         self._motions: dict[int, Motion] = {}
         self._stopping = Stopping(target, self._moved)
+        self.strides = Strides(target, self.permit)
         self._program_doubt = ""
         self._program_task: asyncio.Task[None] | None = None
         self._started: set[int] = set()
@@ -168,6 +170,7 @@ class Authority:
 
     def _take(self, motors: Iterable[int]) -> None:
         """A person decides about these motors: whatever else was under way with them is over."""
+        self.strides.drop(*motors)
         for motor in motors:
             if not self.latched:
                 self._stopping.drop(motor)
@@ -289,6 +292,7 @@ class Authority:
         first = [Instruction(QUIT_DOWNLOAD)] if downloading else []
         self._target.urgent([*first, Instruction(STOP), *map(host_commands.stop, range(MOTORS))])
         self._stop_program()
+        self.strides.drop(*range(MOTORS))
         self._stopping.begin(range(MOTORS))
         # Only now: without doubts a latch says that all is at rest.
         self.latched = True

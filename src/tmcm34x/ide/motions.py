@@ -14,7 +14,7 @@ from tmcm34x.host.settings import KEPT, keep
 from tmcm34x.host.steps import Pause, Steps
 from tmcm34x.ide import wire
 from tmcm34x.tmcl.axis_parameters import BY_NUMBER as AXIS_BY_NUMBER
-from tmcm34x.tmcl.commands import COORDINATES, MOTORS
+from tmcm34x.tmcl.commands import COORDINATES, MOTORS, POSITION_MAX
 from tmcm34x.tmcl.global_parameters import BY_NUMBER as GLOBAL_BY_NUMBER
 
 if TYPE_CHECKING:
@@ -62,6 +62,14 @@ def _expect(motors: Sequence[int], *velocities: int) -> None:
 async def _jog(authority: Authority, tell: Tell, page: Page, call: wire.Jog) -> None:
     _expect([call.motor], call.velocity)
     await authority.jog(page, call.motor, call.velocity)
+
+
+async def _stride(authority: Authority, tell: Tell, page: Page, call: wire.Stride) -> None:
+    _expect([call.motor])
+    if abs(call.distance) > POSITION_MAX:
+        raise wire.RefusalError("range", f"A step has {POSITION_MAX} microsteps at most.")
+    authority.permit_motion({call.motor})
+    await authority.strides.step(call.motor, call.distance)
 
 
 async def _zero(authority: Authority, tell: Tell, page: Page, call: wire.Zero) -> int:
@@ -138,7 +146,7 @@ async def _keep(authority: Authority, tell: Tell, page: Page, call: wire.Keep) -
 
 
 BEGIN: Final[Mapping[type[wire.Call], Callable[..., Awaitable[object]]]] = {
-    wire.Jog: _jog, wire.Zero: _zero, wire.Search: _search, wire.Go: _go, wire.Turn: _turn,
+    wire.Jog: _jog, wire.Stride: _stride, wire.Zero: _zero, wire.Search: _search, wire.Go: _go, wire.Turn: _turn,
     wire.Profile: _profile, wire.Keep: _keep,
 }  # fmt: skip
 """Each begins something that belongs to the window; refused during a download."""

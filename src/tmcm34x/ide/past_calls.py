@@ -20,8 +20,8 @@ EACH_S: Final = 1.0
 """Between two messages about how far the history reaches."""
 HELD_BACK: Final = (
     wire.Download, wire.Upload, wire.Adopt, wire.Why, wire.ControlProgram, wire.Execute, wire.ExecuteText,
-    wire.SendAscii, wire.Zero, wire.Search, wire.Go, wire.Turn, wire.Profile, wire.Keep, wire.Jog, wire.SetBench,
-    wire.SetTime, wire.StepTime, wire.ExportSettings, wire.ImportSettings,
+    wire.SendAscii, wire.Zero, wire.Search, wire.Go, wire.Turn, wire.Profile, wire.Keep, wire.Jog, wire.Stride,
+    wire.SetBench, wire.SetTime, wire.StepTime, wire.ExportSettings, wire.ImportSettings,
 )  # fmt: skip
 """Calls that reach the module or its bench: they are of the present."""
 

@@ -9,6 +9,7 @@ from tmcm34x.host import settings
 from tmcm34x.host.exceptions import FileError, HostError
 from tmcm34x.host.items import settings_items
 from tmcm34x.ide import wire
+from tmcm34x.ide.chosen import text_of
 from tmcm34x.ide.driving import run
 
 if TYPE_CHECKING:
@@ -38,9 +39,9 @@ async def import_settings(
     call: wire.ImportSettings,
     model: int,
 ) -> wire.Imported:
-    """Set what a text of `export_settings` says.  Raises `wire.RefusalError`, also where not all was answered."""
+    """Set what a file of `export_settings` says.  Raises `wire.RefusalError`, also where not all was answered."""
     try:
-        found = settings.from_text(call.text, model)
+        found = settings.from_text(text_of(call.file), model)
     except FileError as error:
         raise wire.RefusalError("settings", f"{error}.") from error
     if found.model not in {None, model} and not call.sure:

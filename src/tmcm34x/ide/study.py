@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from tmcm34x.firmware.program import Counts
 from tmcm34x.ide import wire
+from tmcm34x.ide.chosen import text_of
 from tmcm34x.ide.registers import registers
 from tmcm34x.ide.virtual import Virtual
 from tmcm34x.tmcl.mnemonic import format_instruction
@@ -164,7 +165,7 @@ async def _read_tracefile(hub: Hub, page: Page, call: wire.ReadTracefile) -> lis
     from tmcm34x.trace.coverage import CoverageError, parse_lcov
 
     try:
-        return _covered(parse_lcov(call.text))
+        return _covered(parse_lcov(text_of(call.file)))
     except CoverageError as error:
         raise wire.RefusalError("text", f"This is no lcov tracefile: {error}.") from error
 

@@ -16,6 +16,9 @@ from tmcm34x.ide import wire
 
 _HEADER: Final = """\
 // Written by `python -m tmcm34x.ide.typescript` from src/tmcm34x/ide/wire.py: change that, not this.
+
+/** Bytes in base64. */
+export type Base64 = string;
 """
 
 _READERS: Final = {
@@ -163,7 +166,7 @@ def _type(info: shapes.Type) -> str:
 
 _PLAIN: Final[dict[type[Any], str]] = {
     shapes.IntType: "number", shapes.FloatType: "number", shapes.StrType: "string", shapes.BoolType: "boolean",
-    shapes.NoneType: "null", shapes.AnyType: "unknown",
+    shapes.NoneType: "null", shapes.AnyType: "unknown", shapes.BytesType: "Base64",
 }  # fmt: skip
 
 

@@ -800,7 +800,7 @@ class ReadCoverage(Call, tag="read_coverage"):
 class ReadTracefile(Call, tag="read_tracefile"):
     """What an lcov tracefile counts, such as `tmcm34x run --coverage` writes."""
 
-    text: str
+    file: bytes
     returns: ClassVar[Any] = list[CoveredLine]
 
 
@@ -947,6 +947,13 @@ class Jog(Call, tag="jog"):
 
     motor: int
     velocity: int
+
+
+class Stride(Call, tag="stride"):
+    """Move a motor by a step of an arrow [microsteps]; steps in quick succession add up."""
+
+    motor: int
+    distance: int
 
 
 class Watch(Call, tag="watch"):
@@ -1119,12 +1126,12 @@ class ExportSettings(Call, tag="export_settings"):
 
 
 class ImportSettings(Call, tag="import_settings"):
-    """Set the parameters in a text of `export_settings`; what became of it.
+    """Set the parameters in a file of `export_settings`; what became of it.
 
     Refused with code `confirm` where the settings are of another model, unless `sure`.
     """
 
-    text: str
+    file: bytes
     sure: bool = False
     returns: ClassVar[Any] = Imported
 
@@ -1137,7 +1144,7 @@ AnyCall = (
     ListFiles | ReadFile | WriteFile | RenameFile | DeleteFile
     | Assemble | Download | Upload | Adopt | Compare | ReadMap | Cover | ReadCoverage | ReadTracefile | ReadRegisters
     | ControlProgram | Execute | ExecuteText | SendAscii | ReadMany | Why
-    | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog
+    | StopAll | Release | Arm | Dismiss | Abort | Zero | Search | Go | Turn | Profile | Keep | Jog | Stride
     | Watch | SetRate | FollowLog | SetBench | SetTime | StepTime | ReadWorld | ReadEeprom
     | ShowPast | LeavePast | GoOn | ReadMarks
     | CheckBench | CompleteBench | ListExamples | ReadExample

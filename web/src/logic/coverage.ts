@@ -2,7 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import type { CoveredLine } from "../wire";
 import { ask, can, connection, files, notify, online, onServerEvent } from "./app";
-import { pickFile } from "./pick";
+import { base64, pickFile } from "./pick";
 
 /** The live program is counted. */
 export const counting = signal(false);
@@ -58,7 +58,7 @@ export async function toggleCounting(): Promise<void> {
 /** Take counts from a tracefile that a person chooses. */
 export function pickTracefile(): void {
     pickFile(".info,.lcov,.txt", async file => {
-        const found = await ask({ call: "read_tracefile", text: await file.text() });
+        const found = await ask({ call: "read_tracefile", file: await base64(file) });
         if (!found) return;
         if (counting.value) await toggleCounting();
         rows.value = found;

@@ -2,7 +2,7 @@
 import { offer } from "../widgets/basics";
 import { ask, notify } from "./app";
 import { refresh } from "./parameters";
-import { pickFile } from "./pick";
+import { base64, pickFile } from "./pick";
 
 export async function exportSettings(format: "tmcl" | "toml"): Promise<void> {
     const text = await ask({ call: "export_settings", format });
@@ -10,7 +10,7 @@ export async function exportSettings(format: "tmcl" | "toml"): Promise<void> {
 }
 
 async function importSettings(file: File): Promise<void> {
-    const done = await ask({ call: "import_settings", text: await file.text() });
+    const done = await ask({ call: "import_settings", file: await base64(file) });
     if (!done) return;
     const { count, refused } = done;
     if (refused.length)

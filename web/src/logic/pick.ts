@@ -8,3 +8,12 @@ export function pickFile(accept: string, take: (file: File) => unknown): void {
     field.onchange = () => field.files?.[0] && void take(field.files[0]);
     field.click();
 }
+
+/** The bytes of a file for the server, which knows the encodings of texts. */
+export const base64 = (file: Blob): Promise<string> =>
+    new Promise((take, fail) => {
+        const reader = new FileReader();
+        reader.onload = () => take((reader.result as string).replace(/^[^,]*,/, ""));
+        reader.onerror = () => fail(reader.error!);
+        reader.readAsDataURL(file);
+    });

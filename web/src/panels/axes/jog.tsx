@@ -1,7 +1,7 @@
 // The arrows of an axis.
 import { useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { ask, connection, send } from "../../logic/app";
+import { ask, connection } from "../../logic/app";
 import { notReady, ready } from "../../logic/authority";
 import { Icon } from "../../widgets/icons";
 import { jogSpeed, microsteps, strides } from "./strides";
@@ -18,7 +18,8 @@ export function Jog({ motor, direction }: { motor: number; direction: -1 | 1 }) 
         const speed = jogSpeed.value[motor];
         if (held.value || !ready.value || speed == null) return;
         const stride = strides.value[motor]!;
-        if (stride !== "hold") return void send("MVP", 1, motor, direction * microsteps(motor, stride));
+        if (stride !== "hold")
+            return void ask({ call: "stride", motor, distance: direction * microsteps(motor, stride) });
         held.value = true;
         const velocity = direction * speed;
         void ask({ call: "jog", motor, velocity });
