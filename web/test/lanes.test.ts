@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { difference, labels, laneRange, slope, ticks, zoomed } from "../src/logic/lanes";
+import { difference, labels, laneRange, slope, spanWith, ticks, zoomed } from "../src/logic/lanes";
 
 test("a curve fills its lane and nothing else", () => {
     const [min, max] = laneRange(0, 10, 1, 3);
@@ -14,6 +14,14 @@ test("ticks are round, within the range, and keep their sign", () => {
     assert.deepEqual(ticks(-1000, 1000, 4), [-1000, -500, 0, 500, 1000]);
     assert.deepEqual(ticks(0.1, 0.35, 3), [0.1, 0.2, 0.3]);
     assert.deepEqual(ticks(3, 3, 4), []);
+});
+
+test("a span goes where a moment is, keeps its length, and stays where it has it", () => {
+    assert.deepEqual(spanWith({ min: 10, max: 20 }, 12), { min: 10, max: 20 });
+    assert.deepEqual(spanWith({ min: 10, max: 20 }, 20), { min: 10, max: 20 });
+    assert.deepEqual(spanWith({ min: 90, max: 100 }, 42), { min: 37, max: 47 });
+    assert.deepEqual(spanWith({ min: 10, max: 20 }, 26), { min: 21, max: 31 });
+    assert.deepEqual(spanWith({ min: 90, max: 100 }, 3), { min: 0, max: 10 });
 });
 
 test("a zoom keeps what is under the pointer", () => {

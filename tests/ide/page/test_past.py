@@ -93,6 +93,33 @@ def test_the_scrubber_shows_past_moments_and_a_branch_begins_there(open_ide: Ope
     expect(strip(page)).to_have_count(0)
 
 
+def span(page: Page) -> list[float]:
+    """The first and last time that the plot shows."""
+    return [float(end) for end in (page.locator(".plot .canvas").get_attribute("data-span") or "").split()]
+
+
+def test_the_plot_shows_the_moment_that_the_scrubber_shows(open_ide: OpenIde, tmp_path) -> None:
+    page = crashed(open_ide, tmp_path)
+    canvas = page.locator(".plot .canvas")
+    page.get_by_role("radio", name="2 s", exact=True).click()
+    until(page, lambda: round(span(page)[1] - span(page)[0], 6) == 2 and span(page)[0] > 0.5)
+    live = span(page)
+    expect(canvas).to_have_attribute("data-moment", "")
+    moment = page.get_by_role("slider", name="Moment")
+    moment.focus()
+    page.keyboard.press("Home")
+    expect(strip(page)).to_contain_text("PAST")
+    expect(canvas).to_have_attribute("data-moment", "0")
+    until(page, lambda: span(page) == [0, 2])
+    moment.press("End")
+    until(page, lambda: float(canvas.get_attribute("data-moment") or 0) > live[0])
+    first, last = span(page)
+    assert first <= float(canvas.get_attribute("data-moment") or -1) <= last
+    page.keyboard.press("Alt+F2")
+    expect(canvas).to_have_attribute("data-moment", "")
+    until(page, lambda: span(page)[1] > live[1])
+
+
 def test_going_back_without_a_place_to_hold_ends_at_the_beginning_and_says_so(
     open_ide: OpenIde, tmp_path
 ) -> None:

@@ -41,6 +41,14 @@ export const zoomed = ([low, high]: [number, number], centre: number, factor: nu
     centre + (high - centre) * factor,
 ];
 
+/** A span moved, where it has to be, so that `moment` is in it. */
+export function spanWith(span: { min: number; max: number }, moment: number): { min: number; max: number } {
+    if (moment >= span.min && moment <= span.max) return span;
+    const length = span.max - span.min;
+    const min = Math.max(0, moment - length / 2);
+    return { min, max: min + length };
+}
+
 /** `first` less `second`, at the times when `second` was looked at. */
 export function difference(first: readonly Value[], second: readonly Value[]): Value[] {
     let last: Value;

@@ -83,6 +83,9 @@ function Motors() {
     );
 }
 
+/** The past moment that is shown, in seconds. */
+const moment = (): number | null => (past.peek() ? clockSeconds.peek() : null);
+
 export function Plot() {
     const host = useRef<HTMLDivElement>(null);
     const chart = useRef<Chart | null>(null);
@@ -122,7 +125,8 @@ export function Plot() {
                 const reading = cursor.peek();
                 pins.value = pins.peek().length > 1 || !reading ? [] : [...pins.peek(), reading];
             },
-            pinned: () => [...pins.peek().map(({ time }) => time), ...(past.peek() ? [clockSeconds.peek()] : [])],
+            moment,
+            pinned: () => pins.peek().map(({ time }) => time),
         });
         chart.current = made;
         return () => {

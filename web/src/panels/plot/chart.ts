@@ -1,7 +1,7 @@
 // The canvas of a plot: lanes, zooming by wheel and drag, the cursor.
 import uPlot from "uplot";
 import { axisParameter, frameListeners, samples } from "../../logic/app";
-import { laneRange, zoomed, type Lane } from "../../logic/lanes";
+import { laneRange, spanWith, zoomed, type Lane } from "../../logic/lanes";
 import { FULL_CURRENT } from "../../logic/units";
 import { css, dataBetween, frozen, span, type ShownCurve } from "./curves";
 import { GUTTER, TITLE_PX, drawing } from "./drawing";
@@ -31,6 +31,8 @@ interface Wishes {
     /** The cursor is at a time, or nowhere; `right` is in the right half. */
     onCursor: (reading: Reading | null, right: boolean) => void;
     onClick: () => void;
+    /** The past moment that is shown, which stays in sight; null while it is the present. */
+    moment: () => number | null;
     pinned: () => readonly number[];
 }
 
@@ -113,7 +115,9 @@ export function makeChart(element: HTMLElement, curves: readonly ShownCurve[], w
             legend: { show: false },
             padding: [4, 24, 0, GUTTER],
             scales,
-            plugins: [drawing(curves, () => used.flatMap(scale => lanes.get(scale) ?? []), wishes.pinned)],
+            plugins: [
+                drawing(curves, () => used.flatMap(scale => lanes.get(scale) ?? []), wishes.pinned, wishes.moment),
+            ],
             cursor: {
                 drag: { x: true, y: true, uni: 24, setScale: false },
                 points: { size: 5 },
@@ -166,7 +170,11 @@ export function makeChart(element: HTMLElement, curves: readonly ShownCurve[], w
         drawn = samples.version;
         const end = samples.length ? samples.time(samples.length - 1) : 0;
         const start = samples.length ? Math.max(samples.time(0), end - span.peek()) : 0;
-        const range = view.time ?? { min: start, max: Math.max(end, start + span.peek()) };
+        const chosen = view.time ?? { min: start, max: Math.max(end, start + span.peek()) };
+        const moment = wishes.moment();
+        const range = moment === null ? chosen : spanWith(chosen, moment);
+        element.dataset.span = `${range.min} ${range.max}`;
+        element.dataset.moment = String(moment ?? "");
         plot.batch(() => {
             plot.setData(dataBetween(curves, range.min, range.max, element.clientWidth), true);
             plot.setScale("x", range);

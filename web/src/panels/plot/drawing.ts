@@ -22,14 +22,16 @@ export function drawing(
     curves: readonly ShownCurve[],
     lanes: () => readonly Lane[],
     pinned: () => readonly number[],
+    moment: () => number | null,
 ): uPlot.Plugin {
     // Asked for once: a computed style costs more than all the drawing.
-    const [muted, ground, grid, edge, pinColour, ...motorColours] = [
+    const [muted, ground, grid, edge, pinColour, pastColour, ...motorColours] = [
         "--muted",
         "--page",
         "--grid",
         "--faint",
         "--accent",
+        "--warn",
         "--motor0",
         "--motor1",
         "--motor2",
@@ -95,6 +97,32 @@ export function drawing(
         ctx.setLineDash(dash);
     }
 
+    /** A line at a time, where that is in sight. */
+    function upright({ ctx, bbox, valToPos }: uPlot, time: number): number | null {
+        const x = valToPos(time, "x", true);
+        if (x < bbox.left || x > bbox.left + bbox.width) return null;
+        line(ctx, x, bbox.top, x, bbox.top + bbox.height);
+        return x;
+    }
+
+    /** The past moment that is shown, with its name on a ground of its own. */
+    function past(plot: uPlot): void {
+        const { ctx, bbox } = plot;
+        const shownMoment = moment();
+        if (shownMoment === null) return;
+        ctx.strokeStyle = pastColour!;
+        ctx.lineWidth = 2 * devicePixelRatio;
+        const x = upright(plot, shownMoment);
+        if (x === null) return;
+        const text = `${shownMoment.toFixed(3)} s`;
+        const wide = ctx.measureText(text).width + 8 * devicePixelRatio;
+        const left = Math.min(x, bbox.left + bbox.width - wide);
+        ctx.fillStyle = pastColour!;
+        ctx.fillRect(left, bbox.top, wide, 15 * devicePixelRatio);
+        ctx.fillStyle = ground!;
+        ctx.fillText(text, left + 4 * devicePixelRatio, bbox.top + 8 * devicePixelRatio);
+    }
+
     function marks(plot: uPlot): void {
         const { ctx, bbox } = plot;
         const { min, max } = plot.scales.x!;
@@ -129,7 +157,7 @@ export function drawing(
                 clip(plot, series + 1);
             },
             draw: plot => {
-                const { ctx, bbox, scales } = plot;
+                const { ctx, scales } = plot;
                 unclip(plot);
                 if (scales.x!.min == null) return;
                 ctx.save();
@@ -140,11 +168,8 @@ export function drawing(
                 for (const [index, lane] of all.entries()) titleOf(plot, lane, index, all.length);
                 marks(plot);
                 ctx.strokeStyle = pinColour!;
-                for (const pin of pinned()) {
-                    const x = plot.valToPos(pin, "x", true);
-                    if (x >= bbox.left && x <= bbox.left + bbox.width)
-                        line(ctx, x, bbox.top, x, bbox.top + bbox.height);
-                }
+                for (const pin of pinned()) upright(plot, pin);
+                past(plot);
                 ctx.restore();
             },
         },
