@@ -8,8 +8,11 @@ import itertools
 import pytest
 
 from ide.ide_driver import running, virtual
+from tmcm34x import clock
+from tmcm34x.bench import simple_rig
 from tmcm34x.ide import wire
-from tmcm34x.ide.sampling import PERIOD
+from tmcm34x.ide.sampling import PERIOD, TOGETHER, Sampled
+from tmcm34x.tmcl.mnemonic import parse_instruction
 
 POSITION, SPEED = 0, 2
 
@@ -39,6 +42,41 @@ def test_a_trapezoid_is_sampled_at_one_rate_at_any_pace(tmp_path, speed):
         assert len({value for value in speeds if value}) > 10
 
     _go(tmp_path, scenario)
+
+
+class Rows:
+    """Where samples of a bench with a motor that turns are taken, and how many at a time."""
+
+    def __init__(self):
+        self.rig = simple_rig(343)
+        self.rig.modules[0].execute(parse_instruction("MVP ABS, 0, 8000000"))
+        self.taken: list[int] = []
+        self.part = Sampled(self.rig, lambda: self.taken.append(self.rig.now), lambda: True)
+
+    def advance(self, now):
+        before = len(self.taken)
+        self.part.advance(now)
+        return len(self.taken) - before
+
+
+def test_a_long_way_is_taken_in_parts_of_few_rows_that_get_farther_apart():
+    rows, hour = Rows(), 3600 * clock.HZ
+    most = 0
+    while (when := rows.part.next_event()) < hour and rows.rig.now < hour:
+        most = max(most, rows.advance(when))
+    assert rows.rig.now > 60 * clock.HZ
+    assert 0 < most <= TOGETHER
+    assert len(rows.taken) < rows.rig.now / PERIOD / 4
+    assert {when % PERIOD for when in rows.taken} == {0}
+
+
+def test_rows_of_a_paced_way_are_one_period_apart():
+    rows, end = Rows(), 60 * clock.HZ
+    for now in range(0, end, 3 * PERIOD):
+        while (when := rows.part.next_event()) <= now:
+            rows.advance(when)
+        rows.advance(now)
+    assert {later - sooner for sooner, later in itertools.pairwise(rows.taken)} == {PERIOD}
 
 
 def test_held_time_makes_no_samples_and_a_step_of_time_does(tmp_path):

@@ -26,8 +26,10 @@ if TYPE_CHECKING:
 
 PERIOD: Final = clock.HZ // 50
 """Between two rows of a virtual module [clocks]."""
-MOST: Final = 500
-"""Rows that one leap of virtual time may make; a longer one makes rows farther apart."""
+MOST: Final = 125
+"""Rows of a leap of virtual time until they are twice as far apart, again and again."""
+TOGETHER: Final = 8
+"""Rows that are taken without a pause in which lines and pages are looked at."""
 KEPT: Final = 4096
 """Rows that wait for pages."""
 CURVES: Final = wire.CURVES
@@ -112,7 +114,8 @@ class Bench(Timed, Protocol):
 class Sampled:
     """A bench as a part, with `take` called every `PERIOD` while time passes and `wanted` says so.
 
-    It makes no event of its own: taking samples does not advance time.
+    It makes no event of its own where the bench has none: taking samples does not advance time.  A long way to the
+    bench's next event is parted, so that whoever advances time can do something else after every few rows.
     """
 
     def __init__(self, bench: Bench, take: Callable[[], None], wanted: Callable[[], bool]) -> None:
@@ -120,6 +123,10 @@ class Sampled:
         self._take = take
         self._wanted = wanted
         self._due = 0
+        self._part = -1
+        """Where the present part of a long way ends."""
+        self._rows = 0
+        """Rows on that way so far."""
 
     @property
     def now(self) -> int:
@@ -131,8 +138,14 @@ class Sampled:
         self._due = self._rig.now
 
     def next_event(self) -> int:
-        """The rig's."""
-        return self._rig.next_event()
+        """The rig's, or a part of the way there."""
+        when, self._part = self._rig.next_event(), -1
+        if when == clock.NEVER or not self._wanted():
+            return when
+        part = max(self._due, self._rig.now) + (TOGETHER - 1) * self._period
+        if part < when:
+            self._part = when = part
+        return when
 
     def advance(self, now: int) -> None:
         """Bring the rig to `now`, at most to its next event, and take the samples on the way."""
@@ -141,11 +154,19 @@ class Sampled:
         elif now >= self._due:
             self._sample(now)
         self._rig.advance(now)
+        if now != self._part:
+            self._rows = 0
+
+    @property
+    def _period(self) -> int:
+        """Between two rows: longer and longer on a way that is taken as fast as possible."""
+        return PERIOD << self._rows // MOST
 
     def _sample(self, now: int) -> None:
-        period = PERIOD * max(1, -(-(now - self._due) // (MOST * PERIOD)))
+        period = max(self._period, PERIOD * -(-(now - self._due) // (MOST * PERIOD)))
         self._due = max(self._due, self._rig.now)
         while self._due <= now:
             self._rig.advance(self._due)
             self._take()
+            self._rows += 1
             self._due += period - self._due % period
