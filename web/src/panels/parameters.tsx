@@ -158,38 +158,43 @@ export function Parameters() {
                         </label>
                     </>
                 )}
-                <span class="gap" />
-                {section.value === "axis" && (
+                <span class="keys">
+                    {section.value === "axis" && (
+                        <button
+                            onClick={() => keep("store", allStored())}
+                            disabled={!online.value}
+                            title="Store all axis parameters as they are now (STAP)"
+                        >
+                            <Icon name="save" /> Store all
+                        </button>
+                    )}
+                    {section.value === "axis" && (
+                        <button
+                            onClick={() => keep("restore", allStored())}
+                            disabled={!online.value}
+                            title="Bring back all axis parameters as they are stored (RSAP)"
+                        >
+                            <Icon name="undo" /> Restore all
+                        </button>
+                    )}
                     <button
-                        onClick={() => keep("store", allStored())}
+                        onClick={() => exportSettings("tmcl")}
                         disabled={!online.value}
-                        title="Store all axis parameters as they are now (STAP)"
+                        title="All settings as TMCL source"
                     >
-                        <Icon name="save" /> Store all
+                        Export .tmc
                     </button>
-                )}
-                {section.value === "axis" && (
                     <button
-                        onClick={() => keep("restore", allStored())}
+                        onClick={() => exportSettings("toml")}
                         disabled={!online.value}
-                        title="Bring back all axis parameters as they are stored (RSAP)"
+                        title="All settings as TOML"
                     >
-                        <Icon name="undo" /> Restore all
+                        Export .toml
                     </button>
-                )}
-                <button
-                    onClick={() => exportSettings("tmcl")}
-                    disabled={!online.value}
-                    title="All settings as TMCL source"
-                >
-                    Export .tmc
-                </button>
-                <button onClick={() => exportSettings("toml")} disabled={!online.value} title="All settings as TOML">
-                    Export .toml
-                </button>
-                <button onClick={pickSettings} disabled={!online.value}>
-                    Import…
-                </button>
+                    <button onClick={pickSettings} disabled={!online.value}>
+                        Import…
+                    </button>
+                </span>
             </div>
             <div class={`scroll ${powered.value && !stale.value ? "" : "dimmed"}`} tabIndex={0} aria-label="Values">
                 <View />

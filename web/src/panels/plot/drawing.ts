@@ -133,10 +133,12 @@ export function drawing(
             ctx.strokeStyle = ctx.fillStyle = motorColours[mark.motor] ?? muted!;
             ctx.globalAlpha = 0.55;
             line(ctx, x, bbox.top, x, bbox.top + bbox.height);
-            if (x < free) continue;
+            const wide = ctx.measureText(mark.text).width;
+            const left = x + 4 + wide > bbox.left + bbox.width ? x - 4 - wide : x + 4;
+            if (left < free) continue;
             ctx.globalAlpha = 0.9;
-            ctx.fillText(mark.text, x + 4, bbox.top + bbox.height - 7 * devicePixelRatio);
-            free = x + ctx.measureText(mark.text).width + 10;
+            ctx.fillText(mark.text, left, bbox.top + bbox.height - 7 * devicePixelRatio);
+            free = left + wide + 6;
         }
         ctx.globalAlpha = 1;
     }
