@@ -11,7 +11,7 @@ from ide.ide_driver import running, virtual
 from tmcm34x import clock
 from tmcm34x.bench import simple_rig
 from tmcm34x.ide import wire
-from tmcm34x.ide.sampling import PERIOD, TOGETHER, Sampled
+from tmcm34x.ide.sampling import MOST, PERIOD, TOGETHER, Sampled
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
 POSITION, SPEED = 0, 2
@@ -45,13 +45,13 @@ def test_a_trapezoid_is_sampled_at_one_rate_at_any_pace(tmp_path, speed):
 
 
 class Rows:
-    """Where samples of a bench with a motor that turns are taken, and how many at a time."""
+    """Where samples of a bench are taken, after a command, and how many at a time."""
 
-    def __init__(self):
+    def __init__(self, *, paced, line="MVP ABS, 0, 8000000"):
         self.rig = simple_rig(343)
-        self.rig.modules[0].execute(parse_instruction("MVP ABS, 0, 8000000"))
+        self.rig.modules[0].execute(parse_instruction(line))
         self.taken: list[int] = []
-        self.part = Sampled(self.rig, lambda: self.taken.append(self.rig.now), lambda: True)
+        self.part = Sampled(self.rig, lambda: self.taken.append(self.rig.now), lambda: True, lambda: paced)
 
     def advance(self, now):
         before = len(self.taken)
@@ -60,7 +60,7 @@ class Rows:
 
 
 def test_a_long_way_is_taken_in_parts_of_few_rows_that_get_farther_apart():
-    rows, hour = Rows(), 3600 * clock.HZ
+    rows, hour = Rows(paced=False), 3600 * clock.HZ
     most = 0
     while (when := rows.part.next_event()) < hour and rows.rig.now < hour:
         most = max(most, rows.advance(when))
@@ -70,13 +70,25 @@ def test_a_long_way_is_taken_in_parts_of_few_rows_that_get_farther_apart():
     assert {when % PERIOD for when in rows.taken} == {0}
 
 
-def test_rows_of_a_paced_way_are_one_period_apart():
-    rows, end = Rows(), 60 * clock.HZ
-    for now in range(0, end, 3 * PERIOD):
+@pytest.mark.parametrize("stride", [3, 900])
+def test_rows_of_a_paced_way_are_one_period_apart(stride):
+    rows, most = Rows(paced=True), 0
+    for now in range(0, 9_001 * PERIOD, stride * PERIOD):
         while (when := rows.part.next_event()) <= now:
-            rows.advance(when)
+            most = max(most, rows.advance(when))
         rows.advance(now)
     assert {later - sooner for sooner, later in itertools.pairwise(rows.taken)} == {PERIOD}
+    assert most <= TOGETHER
+
+
+def test_what_was_not_wanted_is_taken_in_one_leap():
+    rows, end = Rows(paced=True, line="MST 0"), 100 * MOST * PERIOD
+    assert rows.part.next_event() == clock.NEVER
+    assert 0 < rows.advance(end) <= MOST + 1
+    assert rows.part.next_event() < clock.NEVER
+    rows.part.resume()
+    assert rows.part.next_event() == clock.NEVER
+    assert 0 < rows.advance(2 * end) <= MOST + 1
 
 
 def test_held_time_makes_no_samples_and_a_step_of_time_does(tmp_path):

@@ -27,7 +27,10 @@ if TYPE_CHECKING:
 PERIOD: Final = clock.HZ // 50
 """Between two rows of a virtual module [clocks]."""
 MOST: Final = 125
-"""Rows of a leap of virtual time until they are twice as far apart, again and again."""
+"""Rows of one leap of virtual time at most; also those on a way that nothing paces, after which they are twice as
+far apart."""
+BEHIND: Final = 1000
+"""Rows without having caught up with the pace, after which they are twice as far apart."""
 TOGETHER: Final = 8
 """Rows that are taken without a pause in which lines and pages are looked at."""
 KEPT: Final = 4096
@@ -56,7 +59,7 @@ def column_of(polled: Polled) -> int | None:
     return _OTHERS.get(polled.key) if polled.key in _OTHERS else _CURVES.get((polled.key, polled.motor))
 
 
-class Sample(NamedTuple):
+class Row(NamedTuple):
     """One sample; a column that is missing in `values` was not looked at."""
 
     number: int
@@ -69,7 +72,7 @@ class Samples:
     """The newest rows, numbered from 1."""
 
     def __init__(self) -> None:
-        self._rows: deque[Sample] = deque(maxlen=KEPT)
+        self._rows: deque[Row] = deque(maxlen=KEPT)
         self.last = 0
 
     def add(
@@ -77,7 +80,7 @@ class Samples:
     ) -> None:
         """Have a row."""
         self.last += 1
-        self._rows.append(Sample(self.last, when, values, watched or {}))
+        self._rows.append(Row(self.last, when, values, watched or {}))
 
     def gap(self, when: float, watches: Sequence[wire.Watched]) -> None:
         """From now on nothing is known."""
@@ -90,7 +93,7 @@ class Samples:
         return b"\0" + packed if packed else b""
 
 
-def _pack(row: Sample, watches: Sequence[wire.Watched]) -> bytes:
+def _pack(row: Row, watches: Sequence[wire.Watched]) -> bytes:
     values = dict(row.values)
     values |= {BASE + at: row.watched[item] for at, item in enumerate(watches) if item in row.watched}
     columns = sorted(values)
@@ -114,19 +117,24 @@ class Bench(Timed, Protocol):
 class Sampled:
     """A bench as a part, with `take` called every `PERIOD` while time passes and `wanted` says so.
 
-    It makes no event of its own where the bench has none: taking samples does not advance time.  A long way to the
-    bench's next event is parted, so that whoever advances time can do something else after every few rows.
+    A way to the bench's next event is parted, so that whoever advances time can do something else after every few
+    rows.  Where nothing paces time, a bench without events gets none by this: taking samples does not advance time.
     """
 
-    def __init__(self, bench: Bench, take: Callable[[], None], wanted: Callable[[], bool]) -> None:
+    def __init__(
+        self, bench: Bench, take: Callable[[], None], wanted: Callable[[], bool], paced: Callable[[], bool]
+    ) -> None:
         self._rig = bench
         self._take = take
         self._wanted = wanted
+        self._paced = paced
         self._due = 0
+        self._resumed = True
+        """No row was taken since samples are wanted again."""
         self._part = -1
-        """Where the present part of a long way ends."""
+        """Where the present part of a way ends."""
         self._rows = 0
-        """Rows on that way so far."""
+        """Rows since an event, or since time was where its pace wants it."""
 
     @property
     def now(self) -> int:
@@ -137,10 +145,14 @@ class Sampled:
         """The bench was brought to another clock."""
         self._due = self._rig.now
 
+    def resume(self) -> None:
+        """Samples are wanted again: what has passed meanwhile is taken in one leap."""
+        self._resumed = True
+
     def next_event(self) -> int:
         """The rig's, or a part of the way there."""
         when, self._part = self._rig.next_event(), -1
-        if when == clock.NEVER or not self._wanted():
+        if self._resumed or not self._wanted() or (when == clock.NEVER and not self._paced()):
             return when
         part = max(self._due, self._rig.now) + (TOGETHER - 1) * self._period
         if part < when:
@@ -153,14 +165,15 @@ class Sampled:
             self._due = now - now % PERIOD
         elif now >= self._due:
             self._sample(now)
+            self._resumed = False
         self._rig.advance(now)
         if now != self._part:
             self._rows = 0
 
     @property
     def _period(self) -> int:
-        """Between two rows: longer and longer on a way that is taken as fast as possible."""
-        return PERIOD << self._rows // MOST
+        """Between two rows: longer and longer where time does not come up to its pace, or has none."""
+        return PERIOD << self._rows // (BEHIND if self._paced() else MOST)
 
     def _sample(self, now: int) -> None:
         period = max(self._period, PERIOD * -(-(now - self._due) // (MOST * PERIOD)))

@@ -115,7 +115,7 @@ class Virtual:
         self._looked_s = -math.inf
         self.past = Past(server, self._turned)
         self._present, self._past = Seen(self.rig), Seen(self.past.history.past)
-        self._sampled = Sampled(self.past.history, self._sample, self._looking)
+        self._sampled = Sampled(self.past.history, self._sample, self._looking, self._paced)
         self._attended = Attended(self._sampled)
         server.part = self._attended
         self.past.history.on_restore.append(self._restored)
@@ -268,6 +268,10 @@ class Virtual:
         """Sample these too."""
         self._watches = list(dict.fromkeys(items))
 
+    def _paced(self) -> bool:
+        """Whether the wall clock holds virtual time back."""
+        return self.server.pace.speed > 0
+
     def _looking(self) -> bool:
         """Whether a page has asked for state a short while ago."""
         return self.server.pace.monotonic() - self._looked_s < LOOKED_AT_S
@@ -330,6 +334,8 @@ class Virtual:
 
     def state(self) -> Groups:
         """Everything that is shown live, as of now."""
+        if not self._looking():
+            self._sampled.resume()
         self._looked_s = self.server.pace.monotonic()
         self.server.catch_up()
         state, shown = empty(), self._shown

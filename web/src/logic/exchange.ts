@@ -15,7 +15,11 @@ async function importSettings(file: File): Promise<void> {
     const { count, refused } = done;
     if (refused.length)
         notify("warning", `${refused.length} of ${count} settings were refused. The first: ${refused[0]}.`);
-    else notify("information", `${count} settings taken over. They last until power-off unless stored.`);
+    else
+        notify(
+            "information",
+            `${count === 1 ? "1 setting" : `${count} settings`} taken over until power-off, unless stored.`,
+        );
     await refresh();
 }
 
