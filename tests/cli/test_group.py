@@ -14,7 +14,7 @@ COMMAND = Path(sys.executable).with_name("tmcm34x")
 
 
 def tmcm34x(*arguments):
-    return subprocess.run([COMMAND, *arguments], capture_output=True, text=True, check=False, timeout=20)
+    return subprocess.run([COMMAND, *arguments], capture_output=True, text=True, check=False, timeout=60)
 
 
 def test_version():

@@ -41,7 +41,7 @@ def recording(out, *options):
         finally:
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
-                output, errors = process.communicate(timeout=10)
+                output, errors = process.communicate(timeout=60)
                 assert (process.returncode, errors) == (0, ""), output
 
 
@@ -83,7 +83,7 @@ def test_what_an_slcan_client_says_replays_without_a_difference(serve, tmp_path)
             for size in (7, 8):
                 data = pack_can_request(parse_instruction(text), size)
                 bus.send(can.Message(arbitration_id=1, data=data, is_extended_id=False))
-                assert bus.recv(5) is not None
+                assert bus.recv(60) is not None
     served.stop()
     result = run("check", "--strict", out)
     assert (result.returncode, result.stdout) == (0, "12 requests, no difference\n")
@@ -142,9 +142,9 @@ def conversing(channel, commands):
         for text in commands:
             data = pack_can_request(parse_instruction(text))
             host.send(can.Message(arbitration_id=1, data=data, is_extended_id=False))
-            request = module.recv(5)
+            request = module.recv(60)
             port.receive_frame(request.arbitration_id, bytes(request.data))
-            assert host.recv(5) is not None
+            assert host.recv(60) is not None
         os.kill(os.getpid(), signal.SIGINT)
 
     thread = threading.Thread(target=work)
@@ -172,7 +172,7 @@ def test_the_frames_of_a_bus_are_recorded(tmp_path, suffix):
 def test_a_host_and_a_module_on_serial_ports_are_recorded(serve, tmp_path):
     out = tmp_path / "out.pcapng"
     served = serve("--pty")
-    with recording(out, "--pty", "--to", served.pty) as (path, _), serial.Serial(path, timeout=5) as port:
+    with recording(out, "--pty", "--to", served.pty) as (path, _), serial.Serial(path, timeout=60) as port:
         port.write(pack_request(1, Instruction(6, 4)))
         assert len(port.read(9)) == 9
     records = files.read(out)
@@ -192,7 +192,7 @@ def test_a_host_and_an_slcan_adapter_are_recorded(serve, tmp_path):
         for text in ("GAP 4, 0", "SGP 3, 2, 5", "GGP 3, 2", "GAP 77, 0"):
             data = pack_can_request(parse_instruction(text))
             bus.send(can.Message(arbitration_id=1, data=data, is_extended_id=False))
-            assert bus.recv(5) is not None
+            assert bus.recv(60) is not None
     assert "# links: can\n" in out.read_text()
     assert run("check", out).stdout == "4 requests, no difference\n"
 
@@ -201,7 +201,7 @@ def test_the_end_of_the_modules_side_ends_the_recording(serve, tmp_path):
     served = serve("--tcp=0")
     with recording(tmp_path / "out.hex", "--tcp", "0", "--to", f"tcp://{served.tcp}") as (_, process):
         served.stop()
-        output, errors = process.communicate(timeout=10)
+        output, errors = process.communicate(timeout=60)
     assert process.returncode == 1
     assert errors == "tmcm34x record: the module's side has hung up\n"
     assert output.endswith("out.hex: 0 records\n")

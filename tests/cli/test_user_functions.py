@@ -37,7 +37,7 @@ def extension(tmp_path):
 
 def ask(address, text):
     host, _, port = address.rpartition(":")
-    with socket.create_connection((host, int(port)), timeout=3) as connection:
+    with socket.create_connection((host, int(port)), timeout=60) as connection:
         connection.sendall(pack_request(1, parse_instruction(text)))
         reply = unpack_reply(connection.recv(9, socket.MSG_WAITALL))
     return reply.status, reply.value

@@ -51,7 +51,7 @@ class Client:
     def ask(self, method, **params):
         self.number += 1
         self.send(id=self.number, method=method, params=params)
-        answer = self.answers.get(timeout=20)
+        answer = self.answers.get(timeout=60)
         assert answer["id"] == self.number
         return answer.get("result"), answer.get("error")
 
@@ -87,7 +87,7 @@ class Client:
     def diagnostics(self, uri=URI):
         """The next ones for a document."""
         while True:
-            message = self.notices.get(timeout=20)
+            message = self.notices.get(timeout=60)
             if message["method"] == "textDocument/publishDiagnostics" and message["params"]["uri"] == uri:
                 return message["params"]["diagnostics"]
 
@@ -105,7 +105,7 @@ def process():
         assert client.ask("shutdown") == (None, None)
         client.notify("exit")
         running.stdin.close()
-        assert running.wait(timeout=20) == 0
+        assert running.wait(timeout=60) == 0
 
 
 @pytest.fixture
@@ -205,7 +205,7 @@ def test_what_is_refused_leaves_nothing_in_the_log(tmp_path):
         client.ask("shutdown")
         client.notify("exit")
         running.stdin.close()
-        running.wait(timeout=20)
+        running.wait(timeout=60)
     assert log.read_text() == ""
 
 
@@ -344,7 +344,7 @@ def vscode(tmp_path):
         client.notify("textDocument/didClose", textDocument={"uri": client.uri})
         assert client.ask("shutdown") == (None, None)
         client.notify("exit")
-        assert running.wait(timeout=20) == 0
+        assert running.wait(timeout=60) == 0
         assert running.stderr.read() == b""
 
 
@@ -443,7 +443,7 @@ def test_tcp_serves_several_editors_one_after_the_other():
         assert kind == "lsp"
         host, _, port = address.rpartition(":")
         for _ in range(2):
-            with socket.create_connection((host, int(port)), timeout=20) as connection:
+            with socket.create_connection((host, int(port)), timeout=60) as connection:
                 stream = connection.makefile("rwb")
                 client = Client(stream, stream)
                 client.start()
@@ -451,10 +451,10 @@ def test_tcp_serves_several_editors_one_after_the_other():
                 assert client.codes() == ["E201"]
                 client.ask("shutdown")
                 client.notify("exit")
-                client.thread.join(timeout=20)
+                client.thread.join(timeout=60)
                 assert not client.thread.is_alive()
         running.terminate()
-        running.wait(timeout=20)
+        running.wait(timeout=60)
 
 
 @pytest.mark.parametrize("arguments", [["--tcp", "here"], ["--tcp", "1:2:99999"], ["--stdio", "--tcp", "1"]])

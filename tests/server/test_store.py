@@ -31,7 +31,7 @@ class Killable:
     def __init__(self, breeder, path):
         self.breeder = breeder
         host, port = breeder.ask(f"serve {path}").rsplit(":", 1)
-        self.socket = socket.create_connection((host, int(port)), timeout=10)
+        self.socket = socket.create_connection((host, int(port)), timeout=60)
 
     def send(self, *instructions):
         self.socket.sendall(b"".join(pack_request(1, instruction) for instruction in instructions))

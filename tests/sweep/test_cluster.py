@@ -52,7 +52,10 @@ def test_a_cluster_and_this_machine_give_identical_tables(cluster, sweep_file):
     remote, same = sweep(sweep_file, "--cluster", cluster, "--parquet", parquet)
     assert same == table
     assert (remote.returncode, remote.stdout) == (1, local.stdout)
-    assert sorted(remote.stderr.splitlines()) == sorted(local.stderr.splitlines())
+    ours = [
+        line for line in remote.stderr.splitlines() if "distributed." not in line
+    ]  # it tells of busy machines
+    assert sorted(ours) == sorted(local.stderr.splitlines())
     columns = pyarrow.parquet.read_table(parquet).to_pydict()
     assert columns["Way"] == [400, 400, 800, 800, 1600, 1600]
     assert columns["mass_kg"] == [1.0, -1.0] * 3
