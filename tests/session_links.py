@@ -22,7 +22,7 @@ from tmcm34x.links.posix.slcan import SlcanLink
 from tmcm34x.links.tcp import TcpLink
 from tmcm34x.server import Server
 
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
 
 
 class StandingClock:

@@ -62,7 +62,7 @@ def converse(texts):
         async def messages():
             for text in (*texts, json.dumps({**ALIVE, "id": 1000})):
                 yield text
-            await asyncio.wait_for(done.wait(), 20)
+            await asyncio.wait_for(done.wait(), 60)
 
         async def send(text):
             received.append(json.loads(text))
@@ -119,7 +119,7 @@ def test_bytes_that_are_no_messages_end_their_session_only(capfd, caplog):
             reader, writer = await asyncio.open_connection(host, port)
             writer.write(data)
             writer.write_eof()
-            async with asyncio.timeout(10):
+            async with asyncio.timeout(60):
                 with contextlib.suppress(ConnectionError):
                     await reader.read()
             writer.close()
@@ -128,7 +128,7 @@ def test_bytes_that_are_no_messages_end_their_session_only(capfd, caplog):
         gone.transport.abort()
         reader, writer = await asyncio.open_connection(host, port)
         writer.write(frame(ALIVE))
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(60):
             assert await reader.readline()
         writer.close()
         server.cancel()

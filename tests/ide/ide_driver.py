@@ -103,7 +103,7 @@ class DebugWindow:
             self._news.set()
 
     async def _first(self, test: Any) -> dict[str, Any]:
-        async with asyncio.timeout(30):
+        async with asyncio.timeout(60):
             while not (found := [message for message in self.messages if test(message)]):
                 self._news.clear()
                 await self._news.wait()
@@ -191,7 +191,7 @@ class Window:
             at = len(frame)
         assert at == len(frame)
 
-    async def until(self, holds: Any, timeout_s: float = 30.0) -> None:
+    async def until(self, holds: Any, timeout_s: float = 60.0) -> None:
         """Wait until `holds()` is true."""
         async with asyncio.timeout(timeout_s):
             while not holds():

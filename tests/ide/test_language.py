@@ -42,7 +42,7 @@ class Editor:
         return message["params"]["diagnostics"]
 
     async def _next(self, wanted: Any) -> dict[str, Any]:
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(60):
             while True:
                 message = json.loads(await self._connection.recv())
                 if wanted(message):

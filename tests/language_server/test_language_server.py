@@ -475,7 +475,7 @@ def converse(texts, until):
         async def messages():
             for text in texts:
                 yield text
-            await asyncio.wait_for(done.wait(), 20)
+            await asyncio.wait_for(done.wait(), 60)
 
         async def send(text):
             received.append(json.loads(text))
