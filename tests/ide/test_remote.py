@@ -234,6 +234,22 @@ def test_a_download_has_the_line_to_itself(tmp_path):
     _go(tmp_path, scenario)
 
 
+def test_what_the_debugger_had_in_the_queue_is_not_stored_by_a_download(tmp_path):
+    (tmp_path / "a.tmc").write_text(STEPS)
+
+    async def scenario(bench, ide, page):
+        await page.call(wire.Download("a.tmc"))
+        async with ide.debugger() as editor:
+            ide.hub.target.hush(True)  # as a download does; the debugger itself does not know of it here
+            assert "download" in await editor.fail("stepIn", threadId=1)
+            assert bench.do(lambda: bench.module.program.counter) == 0
+            ide.hub.target.hush(False)
+            await editor.do("stepIn", threadId=1)
+            assert (await editor.event("stopped"))["reason"] == "step"
+
+    _go(tmp_path, scenario)
+
+
 def test_a_module_that_was_not_there_at_first_is_debugged_when_it_comes(tmp_path):
     (tmp_path / "a.tmc").write_text(STEPS)
 

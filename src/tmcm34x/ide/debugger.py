@@ -254,6 +254,9 @@ class Debugger:
                 self._attaching = True
                 try:
                     await self._attach_anew(Adapter(self._emitted, self._services))
+                except LinkError:
+                    self._adapter = None
+                    raise
                 finally:
                     self._attaching = False
         return "" if self._adapter is not None else self._target.link.text or "the module does not answer"
@@ -312,7 +315,8 @@ class Debugger:
         self._assembly = assembly
         if self._adapter is not None:
             adapter = self._adapter
-            await self._target.debug(lambda: adapter.know(assembly))
+            with contextlib.suppress(LinkError):  # a download that begins now brings another program
+                await self._target.debug(lambda: adapter.know(assembly))
 
     async def start_in_steps(self) -> bool:
         """Start the program from its beginning where breakpoints ask for single steps; whether they do."""

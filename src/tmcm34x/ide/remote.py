@@ -97,6 +97,8 @@ class Remote(RemoteLine):
         def linked() -> T:
             if self._closed:
                 raise LinkError(CLOSED)
+            if self._hushed:
+                raise LinkError("the module is busy with a download")
             if polling and self._polling.loading:
                 raise LinkError(LOADING)
             self._link = POLL if polling else "IDE"
