@@ -570,7 +570,7 @@ class Peer:
 
     def wait(self, test) -> None:
         with self._news:
-            assert self._news.wait_for(test, 10)
+            assert self._news.wait_for(test, 60)
 
 
 def _answer(telegram: bytes, refused: bytes = b"") -> bytes:
@@ -582,7 +582,10 @@ def _answer(telegram: bytes, refused: bytes = b"") -> bytes:
 
 
 def test_stop_all_goes_out_before_what_is_waited_for_and_what_is_queued(tmp_path, monkeypatch):
-    monkeypatch.setattr("tmcm34x.ide.remote_line.TIMEOUT_S", 10.0)
+    monkeypatch.setattr("tmcm34x.ide.remote_line.TIMEOUT_S", 60.0)
+    # Nothing else is on its way when replies are held: neither polls nor the look at motors that turn.
+    monkeypatch.setattr("tmcm34x.ide.remote.LOOKED_AT_S", -1.0)
+    monkeypatch.setattr("tmcm34x.ide.authority.WATCH_S", 60.0)
     peer = Peer()
 
     async def run():
