@@ -132,6 +132,17 @@ def test_a_silent_module_can_be_waited_for_and_nothing_of_it_is_shown_as_known(s
     expect(page.locator(".lane .banner")).to_contain_text("No answer")
     expect(page.locator(".axis.motor0 [data-figure=position]")).to_have_text("–")
     expect(page.get_by_role("region", name="Connected to")).to_contain_text("has not answered yet")
+    page.get_by_role("button", name="Tools", exact=True).click()
+    tool = page.locator(".tool-body")
+    page.get_by_role("button", name="Reference search", exact=True).click()
+    expect(page.get_by_role("combobox", name="Referencing mode").locator("option:checked")).to_have_text("–")
+    expect(tool).to_contain_text("left unknown")
+    expect(tool.locator("pre")).to_contain_text("SAP 193, 0, ?")
+    expect(page.get_by_role("button", name="Copy to the editor")).to_be_disabled()
+    page.get_by_role("button", name="Stall detection").click()
+    expect(tool.locator("pre")).to_have_text("SAP 205, 0, ?")
+    page.get_by_role("button", name="Unit calculator").click()
+    expect(tool).to_contain_text("the module has not told its own")
 
 
 def test_a_scan_is_shown_and_its_find_is_connected_to(serve: Any, open_ide: OpenIde):

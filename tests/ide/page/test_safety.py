@@ -401,6 +401,7 @@ def test_values_of_a_lost_line_are_grey_and_say_how_old_they_are(serve: Any, ope
     expect(page.get_by_role("img", name="The module does not answer")).to_be_visible()
     expect(page.get_by_role("switch", name="ARMED")).to_be_disabled()
     expect(page.locator(".status-bar .pill").first).to_have_text("unknown")
+    expect(page.locator(".status-bar b").first).to_have_text("\u2013")
 
 
 def test_139_leads_to_a_terminal_with_a_way_back(stage: Stage):
@@ -410,6 +411,7 @@ def test_139_leads_to_a_terminal_with_a_way_back(stage: Stage):
     page.get_by_role("button", name="Execute").click()
     page.get_by_role("dialog").get_by_role("button", name="Apply").click()
     expect(page.locator(".banner")).to_contain_text("speaks its ASCII interface")
+    expect(page.locator(".prompt")).to_have_text("\u203a")
     field = page.get_by_role("textbox", name="ASCII line")
     field.fill("GAP 4, 0")
     field.press("Enter")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 from playwright.sync_api import Browser, Page, expect
 
-from ide.page.driver import Ide, choose, figure, until
+from ide.page.driver import Ide, choose, figure, line, tab, until
 
 
 def test_curves_are_drawn_chosen_and_exported(page: Page):
@@ -232,3 +234,40 @@ def test_a_trigger_on_a_level_fires_at_once_where_it_holds(page: Page):
     page.get_by_role("textbox", name="Trigger level").fill("499")
     page.get_by_role("menuitem", name="Arm the trigger").click()
     expect(page.locator(".notice", has_text="speed 0 above 499")).to_be_visible()
+
+
+def _exported(page: Page) -> dict[str, dict[str, str]]:
+    """The rows of the CSV table, by their time."""
+    page.get_by_role("button", name="Export").click()
+    with page.expect_download() as started:
+        page.get_by_role("menuitem", name="CSV table").click()
+    lines = Path(started.value.path()).read_text(encoding="utf-8").splitlines()
+    return {row["time_s"]: row for row in csv.DictReader(lines)}
+
+
+HIDE = """(hidden) => {
+    Object.defineProperty(document, "hidden", { configurable: true, get: () => hidden });
+    document.dispatchEvent(new Event("visibilitychange"));
+}"""
+
+
+def test_two_windows_show_the_same_curve_without_stairs(page: Page, ide: Ide, window: Callable[[str], Page]):
+    other, background = window(ide.url), window(ide.url)
+    background.evaluate(HIDE, True)
+    tab(page, "Direct mode")
+    for text in ("SAP 5, 0, 100", "MVP ABS, 0, 20000"):
+        line(page, text)
+    tab(page, "Plot")
+    for each in (page, other, background):
+        until(each, lambda each=each: figure(each, 0, "position") == 20000)
+    background.evaluate(HIDE, False)
+    first, *others = [_exported(each) for each in (page, other, background)]
+    for rows in others:
+        common = [at for at in first if at in rows]
+        assert [first[at] for at in common] == [rows[at] for at in common]
+        assert {round(50 * (float(b) - float(a))) for a, b in itertools.pairwise(common)} == {1}
+        speeds = [int(rows[at]["speed_0"]) for at in common]
+        rise = speeds[: speeds.index(max(speeds))]
+        moving = [speed for speed in rise if speed]
+        assert len(moving) > 10
+        assert all(a < b for a, b in itertools.pairwise(moving))

@@ -282,7 +282,7 @@ function Terminal() {
                 }}
             >
                 <span class="prompt" aria-hidden="true">
-                    \u203a
+                    {"\u203a"}
                 </span>
                 <input
                     aria-label="ASCII line"

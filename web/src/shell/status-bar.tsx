@@ -1,7 +1,7 @@
 // The status bar: the program, other hosts, the history, problems.
 import { computed } from "@preact/signals";
 import { languageServer } from "../editor/server";
-import { can, programKnown, shownProgram, tables, time, timePaused, welcome, windows } from "../logic/app";
+import { can, programKnown, shownProgram, stale, tables, time, timePaused, welcome, windows } from "../logic/app";
 import { assembled, busy, changedSinceDownload } from "../logic/build";
 import { problemCount, target } from "../logic/documents";
 import { lowerPanel } from "../logic/layout";
@@ -20,7 +20,7 @@ export function StatusBar() {
         <footer class="status-bar">
             <span class={`pill ${paused ? "warn" : state === 1 ? "good" : ""}`}>{programText()}</span>
             <span>
-                at <b>{programKnown("counter") ? counter : "\u2013"}</b>
+                at <b>{programKnown("counter") && !stale.value ? counter : "\u2013"}</b>
             </span>
             {can.value.debug && (
                 <>

@@ -161,9 +161,9 @@ export function NumberField(props: Common & { value: number | string; onCommit: 
     );
 }
 
-/** A choice in the module: a draft as `NumberField` is, whatever key or wheel changes it. */
+/** A choice in the module: a draft as `NumberField` is, whatever key or wheel changes it; null is not known. */
 export function SelectField(props: {
-    value: number;
+    value: number | null;
     choices: readonly { value: number; text: string }[];
     label: string;
     disabled?: boolean;
@@ -197,7 +197,7 @@ export function SelectField(props: {
                     } else if (event.key === "Escape") draft.value = null;
                 }}
             >
-                {!known && <option value={String(shown)}>{shown}</option>}
+                {!known && <option value={String(shown)}>{shown ?? "\u2013"}</option>}
                 {props.choices.map(choice => (
                     <option key={choice.value} value={String(choice.value)} selected={choice.value === shown}>
                         {props.numbers === false ? "" : `${choice.value} `}

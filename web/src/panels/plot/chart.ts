@@ -57,6 +57,8 @@ function lastLooked(values: ArrayLike<number | null | undefined>, at: number): n
     return values[at] ?? null;
 }
 
+/** A curve that is set at once and not passed through. */
+const stairs = uPlot.paths.stepped!({ align: 1 });
 const NOTHING = { left: 0, width: 0, top: 0, height: 0 };
 /** Milliseconds between two pictures, at least. */
 const PAUSE_MS = 40;
@@ -144,12 +146,13 @@ export function makeChart(element: HTMLElement, curves: readonly ShownCurve[], w
             series: [
                 {},
                 ...curves.map(
-                    ({ title, scale, colour, dash, width }): uPlot.Series => ({
+                    ({ title, scale, colour, dash, width, set }): uPlot.Series => ({
                         label: title,
                         scale,
                         stroke: colour,
                         width,
                         dash,
+                        paths: set ? stairs : undefined,
                         points: { show: false },
                         spanGaps: false,
                     }),

@@ -51,6 +51,8 @@ export interface ShownCurve extends Curve {
     dash?: number[];
     width: number;
     derived?: Derived;
+    /** It jumps from one value to the next: nothing lies between. */
+    set?: boolean;
     motor?: number;
 }
 
@@ -104,6 +106,7 @@ export function shownCurves(): ShownCurve[] {
                 derived,
                 colour: css(`--motor${motor}`),
                 dash: DASHES[curve],
+                set: curve === "target",
                 width: DASHES[curve] ? 1.5 : 2,
             });
     });

@@ -24,15 +24,21 @@ export const MotorChoice = () => (
 /** A parameter of the chosen motor as last read; undefined while it is not known. */
 export const known = (key: string): number | undefined =>
     parameters.value.axis.get(axisParameter(key).number)?.[motor.value] ?? undefined;
-/** The same for reckoning: the default while it is not known. */
-export const parameterValue = (key: string): number => known(key) ?? axisParameter(key).default;
+/** In place of an operand that is not known. */
+const UNKNOWN = "?";
+/** Command that sets a parameter of the chosen motor to what it is now. */
+export const setting = (key: string): string =>
+    `SAP ${axisParameter(key).number}, ${motor.value}, ${known(key) ?? UNKNOWN}`;
 
-/** Lines to copy into a program. */
+/** Lines to copy into a program, once all in them is known. */
 export function Commands({ lines }: { lines: string[] }) {
     return (
         <div class="commands">
             <pre>{lines.join("\n")}</pre>
-            <button onClick={() => lines.slice().reverse().forEach(insertIntoEditor)}>
+            <button
+                disabled={lines.some(line => line.includes(UNKNOWN))}
+                onClick={() => lines.slice().reverse().forEach(insertIntoEditor)}
+            >
                 <Icon name="copy" /> Copy to the editor
             </button>
         </div>

@@ -1,19 +1,25 @@
 // The reference search assistant: its parameters, what it will do, and the search itself on the server.
 import { rangeOf } from "../../logic/scales";
 import { useComputed } from "@preact/signals";
-import { ask, axisParameter, can, flag, motors, online, send, setAxis } from "../../logic/app";
+import { ask, axisParameter, can, flag, motorKnown, motors, online, send, setAxis } from "../../logic/app";
 import { abort, motionOf, notReady, ready } from "../../logic/authority";
 import { refresh } from "../../logic/parameters";
 import { grouped } from "../../logic/units";
 import { NumberField, SelectField } from "../../widgets/fields";
 import { StopSwitch } from "../bench";
 import { want } from "../program";
-import { Commands, MotorChoice, known, motor, parameterValue } from "./common";
+import { Commands, MotorChoice, known, motor, setting } from "./common";
+
+function switchText(of: number, side: "left" | "right"): string {
+    if (!motorKnown(of, "flags")) return "unknown";
+    return flag(of, side) ? "closed" : "open";
+}
 
 export function Reference() {
     want("axis");
     const row = axisParameter("reference_mode");
-    const mode = parameterValue("reference_mode");
+    const mode = known("reference_mode");
+    const distance = known("end_switch_distance");
     const state = useComputed(() => motors[motor.value]!.value.search);
     const set = (key: string) => (value: number) => setAxis(key, motor.value, value).then(refresh);
     const searching = state.value > 0;
@@ -51,7 +57,7 @@ export function Reference() {
                     Mode (193)
                     <SelectField
                         label="Referencing mode"
-                        value={mode}
+                        value={mode ?? null}
                         choices={row.choices}
                         disabled={known("reference_mode") === undefined}
                         onCommit={set("reference_mode")}
@@ -79,7 +85,7 @@ export function Reference() {
                 </label>
             </div>
             <ol class="steps">
-                {(texts[mode] ?? []).map(text => (
+                {(mode === undefined ? [] : (texts[mode] ?? [])).map(text => (
                     <li key={text}>{text}</li>
                 ))}
             </ol>
@@ -99,7 +105,11 @@ export function Reference() {
                     </button>
                 )}
                 <span class={`pill ${searching ? "warn" : ""}`}>
-                    {searching ? `searching, state ${state.value}` : "idle"}
+                    {searching
+                        ? `searching, state ${state.value}`
+                        : motorKnown(motor.value, "search")
+                          ? "idle"
+                          : "unknown"}
                 </span>
                 {can.value.bench ? (
                     <>
@@ -109,27 +119,23 @@ export function Reference() {
                 ) : (
                     (["left", "right"] as const).map(side => (
                         <span key={side} class={`pill ${flag(motor.value, side) ? "good" : ""}`}>
-                            {side} {flag(motor.value, side) ? "closed" : "open"}
+                            {side} {switchText(motor.value, side)}
                         </span>
                     ))
                 )}
                 <span>
-                    position <b>{grouped(motors[motor.value]!.value.position)}</b>
+                    position{" "}
+                    <b>
+                        {motorKnown(motor.value, "position") ? grouped(motors[motor.value]!.value.position) : "\u2013"}
+                    </b>
                 </span>
                 <span>
-                    way between switches{" "}
-                    <b>
-                        {known("end_switch_distance") === undefined
-                            ? "\u2013"
-                            : grouped(parameterValue("end_switch_distance"))}
-                    </b>
+                    way between switches <b>{distance === undefined ? "\u2013" : grouped(distance)}</b>
                 </span>
             </div>
             <Commands
                 lines={[
-                    `SAP 193, ${motor.value}, ${mode}`,
-                    `SAP 194, ${motor.value}, ${parameterValue("reference_search_speed")}`,
-                    `SAP 195, ${motor.value}, ${parameterValue("reference_switch_speed")}`,
+                    ...["reference_mode", "reference_search_speed", "reference_switch_speed"].map(setting),
                     `RFS START, ${motor.value}`,
                     `WAIT RFS, ${motor.value}, 1000`,
                 ]}

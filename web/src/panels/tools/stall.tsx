@@ -1,7 +1,7 @@
 // Stall detection: turn the motor, see its load, set the threshold.
 import { rangeOf } from "../../logic/scales";
 import { useComputed } from "@preact/signals";
-import { ask, can, flag, motors, send, setAxis, welcome } from "../../logic/app";
+import { ask, can, flag, motorKnown, motors, send, setAxis, welcome } from "../../logic/app";
 import { notReady, ready } from "../../logic/authority";
 import { refresh } from "../../logic/parameters";
 import { remembered } from "../../logic/settings";
@@ -9,7 +9,7 @@ import { Icon } from "../../widgets/icons";
 import { LocalNumber, NumberField, SelectField } from "../../widgets/fields";
 import { Drag } from "../bench";
 import { want } from "../program";
-import { Commands, MotorChoice, NoDrivers, known, motor, parameterValue } from "./common";
+import { Commands, MotorChoice, NoDrivers, known, motor, setting } from "./common";
 
 const stallSpeed = remembered<number | null>("stall-speed", 500);
 
@@ -19,7 +19,8 @@ export function Stall() {
     want("axis");
     const load = useComputed(() => motors[motor.value]!.value.load);
     if (!welcome.value!.model.drivers) return <NoDrivers />;
-    const threshold = parameterValue("stall_threshold");
+    const threshold = known("stall_threshold");
+    const told = motorKnown(motor.value, "load");
     const turn = (direction: -1 | 1) =>
         ask({ call: "turn", motor: motor.value, velocity: direction * stallSpeed.value! });
     const still = !ready.value || stallSpeed.value === null;
@@ -65,7 +66,7 @@ export function Stall() {
                 {Array.from({ length: 8 }, (_, n) => (
                     <span
                         key={n}
-                        class={`${n <= load.value && load.value > 0 ? "on" : ""} ${threshold && n >= threshold ? "over" : ""}`}
+                        class={`${told && n <= load.value && load.value > 0 ? "on" : ""} ${threshold && n >= threshold ? "over" : ""}`}
                     >
                         {n}
                     </span>
@@ -75,10 +76,10 @@ export function Stall() {
                 Stall detection threshold (205)
                 <SelectField
                     label="Stall threshold"
-                    value={threshold}
+                    value={threshold ?? null}
                     choices={THRESHOLDS}
                     numbers={false}
-                    disabled={known("stall_threshold") === undefined}
+                    disabled={threshold === undefined}
                     onCommit={value => void setAxis("stall_threshold", motor.value, value).then(refresh)}
                 />
             </label>
@@ -92,7 +93,7 @@ export function Stall() {
                 and set the threshold between the two. The motor is stopped when the load reaches it, not while speeding
                 up or slowing down.
             </p>
-            <Commands lines={[`SAP 205, ${motor.value}, ${threshold}`]} />
+            <Commands lines={[setting("stall_threshold")]} />
         </div>
     );
 }

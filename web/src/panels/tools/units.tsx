@@ -18,7 +18,7 @@ import {
 } from "../../logic/units";
 import { FULLSTEPS, rangeOf } from "../../logic/scales";
 import { want } from "../program";
-import { Commands, MotorChoice, motor, parameterValue } from "./common";
+import { Commands, MotorChoice, known, motor } from "./common";
 import { LocalNumber } from "../../widgets/fields";
 
 const steps = remembered("unit-fullsteps", FULLSTEPS);
@@ -27,13 +27,13 @@ const acceleration = remembered("unit-acceleration", 500);
 const way = remembered("unit-way", 12800);
 const own = remembered<{ pulse: number; ramp: number; resolution: number } | null>("unit-own", null);
 
+const DIVISORS = ["pulse_divisor", "ramp_divisor", "microstep_resolution"] as const;
+
 export function Units() {
     want("axis");
-    const divisors = own.value ?? {
-        pulse: parameterValue("pulse_divisor"),
-        ramp: parameterValue("ramp_divisor"),
-        resolution: parameterValue("microstep_resolution"),
-    };
+    const told = DIVISORS.every(key => known(key) !== undefined);
+    const [pulse, ramp, resolution] = DIVISORS.map(key => known(key) ?? axisParameter(key).default);
+    const divisors = own.value ?? { pulse: pulse!, ramp: ramp!, resolution: resolution! };
     const scale: Scale = {
         clock_hz: tables.value.clock_hz,
         pulse_div: divisors.pulse,
@@ -53,7 +53,9 @@ export function Units() {
                 {own.value ? (
                     <button onClick={() => (own.value = null)}>Take the module's divisors</button>
                 ) : (
-                    <span class="muted">divisors as in the module</span>
+                    <span class="muted">
+                        {told ? "divisors as in the module" : "the usual divisors: the module has not told its own"}
+                    </span>
                 )}
             </div>
             <div class="grid">
