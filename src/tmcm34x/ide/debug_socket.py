@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from tmcm34x.ide.debugger import Window
+from tmcm34x.ide.debug_messages import Window
 from tmcm34x.ide.messages import Outbox, refuse, texts
 
 if TYPE_CHECKING:

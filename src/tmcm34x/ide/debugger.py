@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn, cast
+from typing import TYPE_CHECKING, Any, Final, NoReturn, cast
 
 from tmcm34x.debug.dap import Adapter, Services
 from tmcm34x.debug.dap.messages import RequestError
@@ -27,6 +27,17 @@ from tmcm34x.debug.sessions.search import UnfinishedError
 from tmcm34x.host.effects import consequence
 from tmcm34x.host.exceptions import HostError, LinkError
 from tmcm34x.ide import wire
+from tmcm34x.ide.debug_marks import Kept
+from tmcm34x.ide.debug_messages import (
+    Emission,
+    Message,
+    Window,
+    event_of,
+    is_logged,
+    moves_program,
+    request_of,
+    response_to,
+)
 from tmcm34x.ide.searching import Searching
 
 if TYPE_CHECKING:
@@ -43,46 +54,6 @@ IDLE_S: Final = 0.1
 """Longest time between two looks at the program."""
 MESSAGES: Final = 10
 """Most messages of log points that windows are sent in `IDLE_S`; the others are counted."""
-
-Message = dict[str, Any]
-Send = Callable[[Message], None]
-
-
-class Window:
-    """One of those who share the session."""
-
-    def __init__(self, send: Send) -> None:
-        self._send = send
-        self._seq = 0
-
-    def take(self, message: Mapping[str, Any]) -> None:
-        """Send a message, numbered as the protocol wants."""
-        self._seq += 1
-        self._send({**message, "seq": self._seq})
-
-
-class _Emission(NamedTuple):
-    """A message of the adapter's, and what was so when it came."""
-
-    message: Message
-    asker: Window | None
-    request: Message
-    now: float
-    held_at: int | None
-    attaching: bool
-
-
-class _Marks(NamedTuple):
-    """The breakpoints of one source, and where they are."""
-
-    source: Message
-    breakpoints: list[Any]
-    placed: list[Message]
-
-    def event(self) -> Message:
-        return _event(
-            "tmcl_breakpoints", source=self.source, breakpoints=self.breakpoints, placed=self.placed
-        )
 
 
 class Debugger:
@@ -114,9 +85,8 @@ class Debugger:
         self._asker: Window | None = None
         self._request: Message = {}
         self._assembly: Assembly | None = None
-        self._marks: dict[str, _Marks] = {}
+        self._kept = Kept()
         self._searching = Searching()
-        self._filters: list[str] = []
         self._lock = asyncio.Lock()
         self._attaching = False
         self._resting = False
@@ -189,7 +159,7 @@ class Debugger:
 
     async def renew(self) -> None:
         """Have windows know what becomes of their breakpoints on another module."""
-        if self._windows and self._marks:
+        if self._windows and self._kept:
             with contextlib.suppress(HostError):
                 await self._attach()
 
@@ -200,10 +170,10 @@ class Debugger:
         fields = cast(Message, message) if isinstance(message, dict) else {}
         command = fields.get("command")
         if isinstance(command, str) and command in {"attach", "configurationDone", "disconnect"}:
-            window.take(_response(fields))
+            window.take(response_to(fields))
             self._greet(window, command)
         elif error := self._refuse(fields) or await self._forward(fields, window):
-            window.take(_response(fields, error))
+            window.take(response_to(fields, error))
 
     async def _forward(self, request: Message, window: Window) -> str:
         """Ask the adapter, which answers the window; why it was not asked."""
@@ -232,12 +202,11 @@ class Debugger:
             self.leave(window)
         elif command == "attach":
             self._windows.add(window)
-            window.take(_event("initialized"))
+            window.take(event_of("initialized"))
         else:
-            window.take(_event("tmcl_filters", filters=self._filters))
-            for marks in self._marks.values():
-                window.take(marks.event())
-            window.take(_event("tmcl_hits", hits=self._hits))
+            for event in self._kept.events():
+                window.take(event)
+            window.take(event_of("tmcl_hits", hits=self._hits))
 
     def leave(self, window: Window) -> None:
         """A window is gone."""
@@ -263,20 +232,19 @@ class Debugger:
 
     async def _attach_anew(self, adapter: Adapter) -> None:
         self._adapter, self._line = adapter, self._target.line
-        await self._ask(_request("attach"))
+        await self._ask(request_of("attach"))
         if adapter.target is None:
             self._adapter = None
             return
         await self._target.debug(lambda: adapter.know(self._assembly))
-        await self._ask(_request("setExceptionBreakpoints", filters=self._filters))
-        for marks in tuple(self._marks.values()):
-            await self._ask(_request("setBreakpoints", source=marks.source, breakpoints=marks.breakpoints))
-        await self._ask(_request("configurationDone"))
+        for request in self._kept.requests():
+            await self._ask(request)
+        await self._ask(request_of("configurationDone"))
 
     async def _ask(self, request: Message, window: Window | None = None) -> None:
         adapter = self._adapter
         assert adapter is not None
-        if _moves(request):
+        if moves_program(request):
             self._end_search()
         again = partial(self._try, adapter, request, window)
         if (search := await again()) is not None:
@@ -302,7 +270,7 @@ class Debugger:
 
     def _give_up(self, request: Message, window: Window | None) -> None:
         if window is not None:
-            window.take(_response(request, "given up: something else was asked for"))
+            window.take(response_to(request, "given up: something else was asked for"))
 
     def _end_search(self) -> None:
         """Give up what is being looked for in the past, and forget what was found."""
@@ -322,12 +290,12 @@ class Debugger:
         """Start the program from its beginning where breakpoints ask for single steps; whether they do."""
         if not await self._needs_steps():
             return False
-        await self._ask(_request("restart"))
+        await self._ask(request_of("restart"))
         self._wake.set()
         return True
 
     async def _needs_steps(self) -> bool:
-        if not any(marks.breakpoints for marks in self._marks.values()) or await self._attach():
+        if not self._kept.breakpoints or await self._attach():
             return False
         target = None if self._adapter is None else self._adapter.target
         return target is not None and bool(target.steps_for_breakpoints and target.hits())
@@ -346,21 +314,21 @@ class Debugger:
         assert self._loop is not None
         target = None if self._adapter is None else self._adapter.target
         stop = None if target is None else target.stop
-        emission = _Emission(
+        emission = Emission(
             message, self._asker, self._request, self._target.now, stop and stop.address, self._attaching
         )
         self._loop.call_soon_threadsafe(self._deliver, emission)
 
-    def _deliver(self, emission: _Emission) -> None:
+    def _deliver(self, emission: Emission) -> None:
         message = emission.message
         if message["type"] == "response":
             self._answered(emission)
             return
         if message["event"] == "breakpoint":
-            self._moved(message["body"]["breakpoint"])
+            self._kept.move(message["body"]["breakpoint"])
         if message["event"] == "terminated":
             self._adapter = None
-        if _is_logged(message):
+        if is_logged(message):
             self._messages += 1
             if self._messages > MESSAGES:
                 return
@@ -378,15 +346,17 @@ class Debugger:
         """Say how many messages of log points were left out."""
         more, self._messages = self._messages - MESSAGES, 0
         if more > 0:
-            self._send(_event("output", category="console", output=f"... and {more} more messages\n", line=0))
+            self._send(
+                event_of("output", category="console", output=f"... and {more} more messages\n", line=0)
+            )
 
     def _tell_of_hits(self) -> None:
         hits = {} if self._adapter is None else self._adapter.hits()
         if hits != self._hits:
             self._hits = hits
-            self._send(_event("tmcl_hits", hits=hits))
+            self._send(event_of("tmcl_hits", hits=hits))
 
-    def _mark(self, emission: _Emission) -> None:
+    def _mark(self, emission: Emission) -> None:
         """What plots show, and what people wait for."""
         event, body = emission.message["event"], emission.message.get("body", {})
         if event == "stopped":
@@ -394,82 +364,21 @@ class Debugger:
             if emission.held_at is not None:
                 text = f"{body['reason']} at {emission.held_at}"
                 self._tell(wire.Happened(emission.now, "held", -1, text))
-        elif _is_logged(emission.message):
+        elif is_logged(emission.message):
             self._tell(wire.Happened(emission.now, "log", -1, body["output"].strip()))
 
-    def _answered(self, emission: _Emission) -> None:
+    def _answered(self, emission: Emission) -> None:
         """Let the window have it; remember breakpoints, and let the other windows know of them."""
         message, asker = emission.message, emission.asker
         if asker is not None:
             asker.take(message)
-        remember = _REMEMBERED.get(message["command"])
-        if remember is not None and message["success"]:
-            self._send(remember(self, emission.request["arguments"], message["body"]), but=asker)
-
-    def keep_breakpoints(self, arguments: Message, body: Message) -> Message:
-        """Remember where a source has breakpoints; the event that tells of it."""
-        source = arguments["source"]
-        marks = _Marks(source, arguments.get("breakpoints", []), body["breakpoints"])
-        self._marks[source.get("path", "")] = marks
-        if not marks.placed:
-            del self._marks[source.get("path", "")]
-        return marks.event()
-
-    def keep_filters(self, arguments: Message, _: Message) -> Message:
-        """Remember whether to hold at refused commands; the event that tells of it."""
-        self._filters = arguments.get("filters", [])
-        return _event("tmcl_filters", filters=self._filters)
-
-    def _moved(self, place: Message) -> None:
-        for marks in self._marks.values():
-            for at, known in enumerate(marks.placed):
-                if known["id"] == place["id"]:
-                    marks.placed[at] = place
-
-
-_MOVING: Final = frozenset(
-    {
-        "continue",
-        "next",
-        "stepIn",
-        "stepOut",
-        "stepBack",
-        "reverseContinue",
-        "pause",
-        "goto",
-        "restartFrame",
-        "restart",
-    }
-)
-"""Requests that move the program: what an earlier one looks for in the past is wanted no more."""
-
-
-def _moves(request: Message) -> bool:
-    arguments = request.get("arguments")
-    console = isinstance(arguments, dict) and cast(Message, arguments).get("context") == "repl"
-    command = str(request.get("command"))
-    return command in _MOVING or (command == "evaluate" and console)
-
-
-def _is_logged(message: Mapping[str, Any]) -> bool:
-    """Whether it comes from a log point."""
-    return message["event"] == "output" and "line" in message["body"]
-
-
-def _event(name: str, **body: Any) -> Message:
-    return {"type": "event", "event": name, "body": body}
-
-
-def _request(command: str, **arguments: Any) -> Message:
-    return {"type": "request", "command": command, "seq": 0, "arguments": arguments}
-
-
-def _response(request: Message, error: str = "") -> Message:
-    message: Message = {
-        "type": "response", "request_seq": request.get("seq", 0), "command": request.get("command", ""),
-        "success": not error,
-    }  # fmt: skip
-    return message | ({"message": error} if error else {})
+        if not message["success"]:
+            return
+        event = self._kept.remember(
+            message["command"], emission.request.get("arguments", {}), message.get("body", {})
+        )
+        if event is not None:
+            self._send(event, but=asker)
 
 
 def _no_program(path: str, include: object, model: int) -> NoReturn:
@@ -478,8 +387,3 @@ def _no_program(path: str, include: object, model: int) -> NoReturn:
 
 def _no_pace(speed: float) -> NoReturn:
     raise RequestError("the IDE's module has its own time")
-
-
-_REMEMBERED: Final = {
-    "setBreakpoints": Debugger.keep_breakpoints, "setExceptionBreakpoints": Debugger.keep_filters,
-}  # fmt: skip

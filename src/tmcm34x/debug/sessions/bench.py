@@ -8,20 +8,19 @@ is under way.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Final, Protocol
 
 from tmcm34x.chips.ramp import VELOCITY
 from tmcm34x.clock import MS, NEVER, Timed
 from tmcm34x.debug.branches import HistoryError
-from tmcm34x.debug.breaks import Wanted, error_text
-from tmcm34x.debug.control import Breakpoint, Stop
+from tmcm34x.debug.breaks import error_text
+from tmcm34x.debug.control import Stop
 from tmcm34x.debug.history import History
 from tmcm34x.debug.reverse import Here
 from tmcm34x.debug.sessions.backward import BEFORE_COMMANDS, Backward
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Listener, Text
 from tmcm34x.debug.sessions.local import LocalSession
-from tmcm34x.debug.watches import Watch
 from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, AxisState
 
 if TYPE_CHECKING:
@@ -171,21 +170,6 @@ class BenchSession(Backward, LocalSession):
         self.set_breakpoints([])
         self.breaks.close()
         self.running = False
-
-    def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
-        """Hold at these instead of the present ones."""
-        self.control.set_breakpoints(breakpoints)
-        self._attach()
-
-    def set_watches(self, watches: Iterable[Watch]) -> None:
-        """Hold when one of these values changes, instead of the present ones."""
-        self.watches.set(watches)
-        self._attach()
-
-    def set_breaks(self, wanted: Wanted) -> None:
-        """Hold when one of these happens, instead of the present ones."""
-        self.breaks.set(wanted)
-        self._attach()
 
     # Going on
 

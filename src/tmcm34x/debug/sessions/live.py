@@ -7,21 +7,20 @@ what was recorded up to the present, and what would change anything is refused.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from tmcm34x.debug.branches import HistoryError
-from tmcm34x.debug.breaks import Wanted
-from tmcm34x.debug.control import Breakpoint, Stop
+from tmcm34x.debug.control import Stop
 from tmcm34x.debug.course import CONTROLS, HELD, REFUSED
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.reverse import Here, next_command, next_stop
 from tmcm34x.debug.sessions.backward import Backward, Found
 from tmcm34x.debug.sessions.base import Listener, Text
+from tmcm34x.debug.sessions.guest import Guest
 from tmcm34x.debug.sessions.local import LocalSession
 from tmcm34x.debug.sessions.search import Outcome, Search, UnfinishedError
 from tmcm34x.debug.view import View
-from tmcm34x.debug.watches import Watch
 
 if TYPE_CHECKING:
     from tmcm34x.bench import World
@@ -47,15 +46,12 @@ PAST: Final = "a past moment is shown: go on from here, or return to the present
 """Why nothing can be changed."""
 
 
-class LiveSession(Backward, LocalSession):
+class LiveSession(Backward, Guest, LocalSession):
     """A program on a bench whose time its owner advances; bring the bench to now before calling any method.
 
     Holding is control function 128, going on is 129: a WAIT that was interrupted begins again.
     """
 
-    owns_time = False
-    over = False
-    exit_code = 0
     _number = 0
     """Index of the module on its bench."""
 
@@ -115,17 +111,6 @@ class LiveSession(Backward, LocalSession):
         """Whether the program runs; a past moment stands."""
         return self._live.active and not self._looking_back
 
-    def begin(self, *, hold: bool) -> None:
-        """Take the program as it is; hold it if asked for."""
-        if self.running and hold:
-            self.pause()
-        elif not self.running:
-            self.listener.held(self.stop or Stop("pause", 0))
-
-    def epilogue(self) -> str:
-        """Nothing: the program goes on when the session ends."""
-        return ""
-
     def check_ready(self) -> None:
         """Raise `ExpressionError` while the module has no power."""
         if not self.module.powered:
@@ -148,21 +133,6 @@ class LiveSession(Backward, LocalSession):
             self._playback.on_change.remove(self._turn_to)
             self._playback.history.on_change.remove(self._begin_anew)
             self._present.view.on_write.remove(self._note_assignment)
-
-    def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
-        """Hold at these instead of the present ones."""
-        self.control.set_breakpoints(breakpoints)
-        self._attach()
-
-    def set_watches(self, watches: Iterable[Watch]) -> None:
-        """Hold when one of these values has changed."""
-        self.watches.set(watches)
-        self._attach()
-
-    def set_breaks(self, wanted: Wanted) -> None:
-        """Hold when one of these has happened."""
-        self.breaks.set(wanted)
-        self._attach()
 
     def execute(self, instruction: Instruction) -> tuple[int, int]:
         """Execute a command in direct mode."""

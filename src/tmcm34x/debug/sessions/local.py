@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Final
 
-from tmcm34x.debug.breaks import Breaks
-from tmcm34x.debug.control import Control, Stop
+from tmcm34x.debug.breaks import Breaks, Wanted
+from tmcm34x.debug.control import Breakpoint, Control, Stop
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.sessions.base import Frame, Listener, Text
 from tmcm34x.debug.view import View
-from tmcm34x.debug.watches import Watches
+from tmcm34x.debug.watches import Watch, Watches
 from tmcm34x.tmcl.commands import BY_MNEMONIC, PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -59,6 +59,25 @@ class LocalSession:
     def instruction(self, address: int) -> Instruction | None:
         """The command at `address`; None outside the program memory."""
         return self.module.eeprom.read_instruction(address) if 0 <= address < PROGRAM_SIZE else None
+
+    def set_breakpoints(self, breakpoints: Iterable[Breakpoint]) -> None:
+        """Hold at these instead of the present ones."""
+        self.control.set_breakpoints(breakpoints)
+        self._attach()
+
+    def set_watches(self, watches: Iterable[Watch]) -> None:
+        """Hold when one of these values has changed, instead of the present ones."""
+        self.watches.set(watches)
+        self._attach()
+
+    def set_breaks(self, wanted: Wanted) -> None:
+        """Hold when one of these has happened, instead of the present ones."""
+        self.breaks.set(wanted)
+        self._attach()
+
+    def _attach(self) -> None:
+        """Have the program ask before the commands that matter."""
+        raise NotImplementedError
 
     def hits(self) -> dict[int, int]:
         """How often each breakpoint was met, by its number."""

@@ -19,6 +19,7 @@ from tmcm34x.debug.breaks import Wanted
 from tmcm34x.debug.control import Breakpoint, Control, Stop
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.sessions.base import Frame, Listener, Text
+from tmcm34x.debug.sessions.guest import Guest
 from tmcm34x.debug.sessions.one_way import OneWay
 from tmcm34x.debug.view import View
 from tmcm34x.debug.watches import Watch
@@ -50,7 +51,7 @@ def _never(_instruction: Instruction) -> str:
     return ""
 
 
-class RemoteSession(OneWay):
+class RemoteSession(OneWay, Guest):
     """The program of the module at the other end of `connection`.
 
     Calls may raise `HostError`; call `work` as often as it asks for it while `running`.
@@ -61,9 +62,6 @@ class RemoteSession(OneWay):
     )
     unwatchable = "the firmware of a real module has no data breakpoints"
     irreversible = "a real module has no history: only virtual time runs backwards"
-    owns_time = False
-    over = False
-    exit_code = 0
 
     def __init__(self, connection: Connection, listener: Listener) -> None:
         self.connection = connection
@@ -148,17 +146,6 @@ class RemoteSession(OneWay):
 
     def set_breaks(self, wanted: Wanted) -> None:
         """The firmware says nothing by itself: there are none."""
-
-    def begin(self, *, hold: bool) -> None:
-        """Take the program as it is; stop it if asked for."""
-        if self.running and hold:
-            self.pause()
-        elif not self.running:
-            self.listener.held(self.stop or Stop("pause", 0))
-
-    def epilogue(self) -> str:
-        """Nothing: the program goes on when the session ends."""
-        return ""
 
     def check_ready(self) -> None:
         """Whether the module answers is seen when it is asked."""
