@@ -33,6 +33,16 @@ def test_parameters_of_later_firmware_exist_only_there(model):
         assert host.status(f"SGP {row.number}, 0, 1") == (100 if row.writable else 3)
 
 
+def test_an_image_with_parameters_of_later_firmware_is_read_as_such():
+    eeprom = Eeprom()
+    assert Eeprom.from_bytes(eeprom.to_bytes()).profile != "later"
+    eeprom.take_profile("later")
+    eeprom.set_axis_value(2, 200, 77)
+    again = Eeprom.from_bytes(eeprom.to_bytes())
+    assert (again.profile, again.axis_values) == ("later", eeprom.axis_values)
+    assert again.to_bytes() == eeprom.to_bytes()
+
+
 def test_stored_parameters_come_back_in_a_module_of_the_same_profile():
     module = later()
     host = Host(module)

@@ -39,8 +39,6 @@ def switch_on(core: ModuleState) -> None:
     settle(core)
     if core.boot is not None:
         core.boot.take_over(core)
-    for listener in core.on_power:
-        listener()
 
 
 def switch_off(core: ModuleState) -> None:

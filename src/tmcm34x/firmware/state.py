@@ -142,7 +142,7 @@ class ModuleState:
 
     __slots__ = (
         *_PLAIN, "answers", "application", "axes", "boot", "circuit", "coordinates", "eeprom", "entries", "firmware",
-        "instruction_clocks", "observers", "on_event", "on_power", "on_refusal", "outbox", "ports", "requests",
+        "instruction_clocks", "observers", "on_event", "on_refusal", "outbox", "ports", "requests",
         "tables", "user_functions", "user_parameters",
     )  # fmt: skip
 
@@ -177,8 +177,6 @@ class ModuleState:
         """Called with the kind of each event that observers are told of, for who needs no telegrams."""
         self.on_refusal: list[Callable[[int], None]] = []
         """Called with the status of each command of a host that is refused, as it is answered."""
-        self.on_power: list[Callable[[], None]] = []
-        """Called at the end of power-on."""
 
         self.now = circuit.now
         self.powered = False

@@ -148,12 +148,10 @@ class Execution:
         return self._ahead.until or self._look_ahead()
 
     def advance(self, now: int, disturbed: bool = False) -> None:
-        """Execute everything that is due up to `now`; the module's chips and pins are already there.
+        """Execute everything that is due up to `now`; the program runs, the module's chips and pins are already there.
 
         disturbed: something besides the program had an event at `now`
         """
-        if not self.state:
-            return
         if self.wait is not None:
             self._check_wait(self.wait, now)
         elif not self._watched:

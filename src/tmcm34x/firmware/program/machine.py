@@ -16,7 +16,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from tmcm34x.firmware.program.counts import Counts
 from tmcm34x.firmware.program.fuse import LONGEST_BLOCK, fuse
@@ -132,15 +132,11 @@ class Machine:
             left = single[registers.counter](registers, left)
         return count - abs(left)
 
-    def execute(self, registers: Registers, instruction: Instruction) -> bool:
-        """Execute one register command that is not in the program; whether it was one."""
-        template = template_of(instruction)
-        if template is None:
-            return False
+    def execute(self, registers: Registers, instruction: Instruction) -> None:
+        """Execute one register command that is not in the program: CALC or CALCX of a type that there is."""
         counter = registers.counter
-        _operation(template, instruction, counter)(registers, 1)
+        _operation(cast("str", template_of(instruction)), instruction, counter)(registers, 1)
         registers.counter = counter
-        return True
 
     def pass_guard(self, registers: Registers) -> bool:
         """Execute the register command at a guarded address; whether it is one."""
