@@ -46,7 +46,7 @@ export function BreakpointEditor() {
                 <input name="hits" defaultValue={start.hits} placeholder="5, == 3, % 10" />
             </label>
             <label>
-                or only tell
+                or only log
                 <input name="log" defaultValue={start.log} placeholder="round {gp[0]}" />
             </label>
             <div class="row">

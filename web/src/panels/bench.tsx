@@ -49,7 +49,7 @@ export function TimeControls() {
                 pressed={timePaused.value}
                 label="Hold time"
                 disabled={!online.value}
-                title="Hold time: module and world stand still (Ctrl+F9)"
+                title="Hold time: module and bench stand still (Ctrl+F9)"
                 onClick={() => ask({ call: "set_time", paused: !timePaused.value })}
             />
             <button
@@ -63,7 +63,7 @@ export function TimeControls() {
             </button>
             <select
                 aria-label="Speed of time"
-                title="Virtual seconds to a second"
+                title="Virtual seconds per second"
                 value={String(asked)}
                 disabled={!online.value}
                 onChange={event => speed(Number(event.currentTarget.value))}
@@ -157,7 +157,7 @@ function AxisBench({ motor }: { motor: number }) {
                         class={`chip ${axis.faults.length ? "bad" : ""}`}
                         aria-expanded={faultsOpen.value}
                         aria-label={`Faults of motor ${motor}`}
-                        title="Raise faults of the motor driver"
+                        title="Simulate faults of the motor driver"
                         onClick={() => (faultsOpen.value = !faultsOpen.value)}
                     >
                         {axis.faults.map(name => name.replace(/_/g, " ")).join(", ") || "faults"}{" "}

@@ -59,7 +59,7 @@ export function MotionStrips() {
                             ? `STOP ALL. Not confirmed: ${doubts.map(doubtText).join(", ")}. The IDE tries on.`
                             : "STOP ALL holds. The program is stopped, all motors have confirmed that they stand."}
                     </span>
-                    <button onClick={release} title="Let motors be set in motion again">
+                    <button onClick={release} title="Release STOP ALL: motors may move again">
                         {doubts.length ? "Release all the same" : "Release"}
                     </button>
                 </div>

@@ -40,7 +40,7 @@ export function Outline() {
                             </th>
                             <th
                                 scope="col"
-                                title="The longest way without a WAIT, in this routine and those that it calls"
+                                title="The longest path without a WAIT, in this routine and those that it calls"
                             >
                                 between WAITs
                             </th>
@@ -70,7 +70,7 @@ function Summary({ found }: { found: FlowMap }) {
                 </dd>
             </div>
             <div>
-                <dt title="CSUBs open at once at most; recursion left aside">stack</dt>
+                <dt title="The greatest number of open CSUBs, recursion aside">stack</dt>
                 <dd>
                     {found.stack} of {tables.value.stack_depth}
                 </dd>

@@ -112,7 +112,7 @@ export function Palette() {
         if (row) void row.run();
     };
     return (
-        <Modal class="palette" label="Open or do anything" onClose={close}>
+        <Modal class="palette" label="Open a file or run a command" onClose={close}>
             <input
                 ref={field}
                 placeholder="File or command"

@@ -45,7 +45,7 @@ export function StatusBar() {
                     {link}
                 </span>
             ))}
-            {can.value.bench && <span title="Virtual seconds to a second, as reached">{reached}</span>}
+            {can.value.bench && <span title="Virtual seconds per second, as reached">{reached}</span>}
             <HistoryMemory />
             {size !== undefined && (
                 <span>
@@ -56,7 +56,7 @@ export function StatusBar() {
                 {problemCount.value.errors} errors, {problemCount.value.warnings} warnings
             </button>
             {can.value.language_server && (
-                <span title="Completion, hover and squiggles">
+                <span title="Completion, hover texts and marked mistakes">
                     {languageServer.value ? "language server" : "language server…"}
                 </span>
             )}

@@ -55,7 +55,7 @@ function Branches() {
     return (
         <select
             aria-label="Branch"
-            title="Courses of events: the present one, and those that were left"
+            title="Branches of the history: the present one, and those that were left"
             value={String(branch.value?.number)}
             onChange={event => {
                 const chosen = shape.branches.find(item => String(item.number) === event.currentTarget.value)!;

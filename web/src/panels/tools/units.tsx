@@ -163,7 +163,7 @@ export function Units() {
                             low={0}
                             high={1e12}
                             value={short(rateSlope(scale, a) / 2 ** scale.resolution)}
-                            label="Full steps a second squared"
+                            label="Full steps per second squared"
                             onInput={value =>
                                 value !== null &&
                                 (acceleration.value = Math.min(
@@ -189,7 +189,7 @@ export function Units() {
                     </dl>
                 </section>
                 <section class="card">
-                    <h3>Way</h3>
+                    <h3>Distance</h3>
                     <label>
                         microsteps
                         <LocalNumber
