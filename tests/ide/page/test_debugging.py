@@ -241,7 +241,7 @@ def test_another_host_s_program_is_known_marked_and_takes_breakpoints(open_ide: 
     (ide.folder / "theirs.tmc").write_text("// theirs\nLoop: CALC ADD, 1\nWAIT TICKS, 0, 1\nJA Loop\n")
     ((_, address),) = ide.links
     program = assemble("Loop: CALC ADD, 1\nWAIT TICKS, 0, 1\nJA Loop\nSTOP\n").program
-    with Connection.open(f"tcp://{address}") as other:
+    with Connection.open(f"tcp://{address}?timeout=30") as other:
         Program(other).download(program)
         notice = page.locator(".notice", has_text="Another host")
         expect(notice).to_contain_text("theirs.tmc")
@@ -271,5 +271,5 @@ def test_a_breakpoint_holds_the_program_of_a_real_module(serve: Any, open_ide: O
     page.locator(".breakpoints .cm-gutterElement").nth(5).click()
     page.keyboard.press("F9")
     expect(page.locator(".status-bar .pill").first).to_have_text("running")
-    with Connection.open(f"tcp://{served.tcp}") as observer:
+    with Connection.open(f"tcp://{served.tcp}?timeout=30") as observer:
         until(page, lambda: Program(observer).state.status == 1)

@@ -30,7 +30,7 @@ Round:  MVP ABS, 0, 4000
 def test_a_condition_a_plot_an_export_and_the_traffic_of_a_host(tmp_path: Path, open_ide: OpenIde):
     (tmp_path / "program.tmc").write_text(PROGRAM)
     page, ide = open_ide("--tcp", "0")
-    with Connection.open(f"tcp://{ide.links[0][1]}") as host:
+    with Connection.open(f"tcp://{ide.links[0][1]}?timeout=30") as host:
         row = page.locator(".cm-line", has_text="JA Round").bounding_box()
         gutter = page.locator(".breakpoints").bounding_box()
         assert row and gutter
@@ -95,7 +95,7 @@ def test_three_hundred_lines_on_a_real_module_are_debugged(tmp_path: Path, open_
     assert 290 <= text.count("\n") <= 330
     (tmp_path / "program.tmc").write_text(text)
     served = serve("--pty", "--tcp", "127.0.0.1:0")
-    with Connection.open(f"tcp://{served.tcp}") as observer:
+    with Connection.open(f"tcp://{served.tcp}?timeout=30") as observer:
 
         def ask(line: str) -> int:
             return observer.execute(parse_instruction(line)).value

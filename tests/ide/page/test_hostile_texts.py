@@ -47,7 +47,7 @@ def test_texts_stay_texts(tmp_path: Path, open_ide: OpenIde):
     tab(page, "Program")
     for name in ("Axes", "Bench", "Telegrams"):
         tab(page, name)
-    with Connection.open(f"tcp://{ide.links[0][1]}") as host:
+    with Connection.open(f"tcp://{ide.links[0][1]}?timeout=30") as host:
         host.execute(parse_instruction("SGP 7, 2, 1"))
     expect(page.locator(".telegram", has_text="SGP 7, 2, 1").first).to_be_visible()
     page.get_by_role("tab", name="Problems").click()

@@ -33,7 +33,7 @@ def earlier() -> tuple[str, ...]:
 @pytest.fixture
 def stage(serve: Any, open_ide: OpenIde, earlier: tuple[str, ...]) -> Iterator[Stage]:
     served = serve("--pty", "--tcp", "127.0.0.1:0")
-    with Connection.open(f"tcp://{served.tcp}") as observer:
+    with Connection.open(f"tcp://{served.tcp}?timeout=30") as observer:
         if earlier:
             load(observer, *earlier)
 
@@ -223,7 +223,7 @@ def test_paste_undo_and_a_line_that_comes_back_send_nothing(serve: Any, open_ide
     expect(field).to_have_class("number unsent")
     expect(command).to_have_value(re.compile("ROR 0, 500"))
     expect(page.locator(".answer")).to_have_count(0)
-    with Connection.open(f"tcp://{again.tcp}") as observer:
+    with Connection.open(f"tcp://{again.tcp}?timeout=30") as observer:
         values = [
             observer.execute(parse_instruction(text)).value for text in ("GAP 4, 0", "GAP 3, 0", "GAP 2, 0")
         ]
@@ -515,8 +515,8 @@ def test_a_keeper_reads_an_old_module_out_and_restores_it_to_a_spare(
 ):
     old, spare = (serve("--pty", "--tcp", "127.0.0.1:0") for _ in range(2))
     with (
-        Connection.open(f"tcp://{old.tcp}") as old_module,
-        Connection.open(f"tcp://{spare.tcp}") as spare_module,
+        Connection.open(f"tcp://{old.tcp}?timeout=30") as old_module,
+        Connection.open(f"tcp://{spare.tcp}?timeout=30") as spare_module,
     ):
         for text in ("SAP 4, 0, 611", "SAP 193, 2, 3", "SGP 12, 2, 77", "STGP 12, 2", "SCO 5, 1, -4321"):
             old_module.execute(parse_instruction(text))

@@ -182,7 +182,7 @@ def test_the_log_shows_what_other_hosts_say(open_ide: OpenIde):
     kind, address = ide.links[0]
     expect(page.locator(".status-bar")).to_contain_text(f"{kind} {address}")
     tab(page, "Telegrams")
-    with Connection.open(f"tcp://{address}") as connection:
+    with Connection.open(f"tcp://{address}?timeout=30") as connection:
         connection.execute(parse_instruction("MVP ABS, 1, 4000"))
     expect(page.locator(".telegram", has_text="MVP ABS, 1, 4000")).to_contain_text("tcp")
     until(page, lambda: figure(page, 1, "position") == 4000)
