@@ -35,6 +35,7 @@ def module(request, served):
         module = Module(connection)
         module.restore_factory_settings()
         assert module.tick_timer >= 0  # it is back
+        connection.timeout_s = 60.0
         yield module
 
 
