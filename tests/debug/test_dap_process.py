@@ -1,13 +1,18 @@
 """The debug adapter as an editor meets it: a process, over its pipes or a socket."""
 
+import contextlib
 import signal
 import socket
 import subprocess
+import threading
 
 import pytest
 
 from conftest import PATIENCE_S
 from debug.vscode import COMMAND, VSCODE, Client, held
+from tmcm34x.cli import dap_socket
+from tmcm34x.cli.dap_socket import MOST_EDITORS
+from tmcm34x.debug.dap.messages import frame
 from tmcm34x.host import Connection, Program
 from tmcm34x.toolchain.assembler import assemble
 
@@ -133,30 +138,107 @@ def test_a_session_over_pipes(adapter, client, file):
     assert adapter.stderr.read() == b""
 
 
-def test_sessions_over_a_socket_one_after_the_other(file):
+@pytest.fixture
+def listening():
+    """The address of an adapter that serves editors on a socket."""
     process = subprocess.Popen(
-        [COMMAND, "dap", "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        [COMMAND, "dap", "--listen", "0"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )
-    try:
-        word, kind, address = process.stdout.readline().decode().split()
-        assert (word, kind) == ("ready", "dap")
-        host, _, port = address.rpartition(":")
-        assert host == "127.0.0.1"
-        for _ in range(2):
-            with (
-                socket.create_connection((host, int(port)), timeout=PATIENCE_S) as connection,
-                connection.makefile("rb") as reader,
-                connection.makefile("wb") as writer,
-            ):
-                debug(Client(reader, writer), file)
-        with socket.create_connection((host, int(port)), timeout=PATIENCE_S) as connection:
-            connection.sendall(b"GET / HTTP/1.1\r\n\r\n")
-            with connection.makefile("rb") as reader:
-                assert b'"success":false' in reader.read()
-    finally:
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=PATIENCE_S)
+    word, kind, address = process.stdout.readline().decode().split()
+    host, _, port = address.rpartition(":")
+    assert (word, kind, host) == ("ready", "dap", "127.0.0.1")
+    yield host, int(port)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=PATIENCE_S)
     assert b"Traceback" not in errors and process.returncode == 0
+
+
+@contextlib.contextmanager
+def editor(address):
+    """An editor at the other end of a socket."""
+    with (
+        socket.create_connection(address, timeout=PATIENCE_S) as connection,
+        connection.makefile("rb") as reader,
+        connection.makefile("wb") as writer,
+    ):
+        yield Client(reader, writer)
+
+
+def test_sessions_over_a_socket_one_after_the_other(listening, file):
+    for _ in range(2):
+        with editor(listening) as client:
+            debug(client, file)
+    with socket.create_connection(listening, timeout=PATIENCE_S) as connection:
+        connection.sendall(b"GET / HTTP/1.1\r\n\r\n")
+        with connection.makefile("rb") as reader:
+            assert b'"success":false' in reader.read()
+
+
+def test_editors_on_a_socket_do_not_wait_for_each_other(listening, file):
+    with socket.create_connection(listening) as silent, socket.create_connection(listening) as greedy:
+        greedy.setblocking(False)  # It asks as long as something fits, and reads nothing of what it gets.
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                greedy.send(frame({"seq": 1, "type": "request", "command": "initialize"}) * 100)
+        with editor(listening) as first, editor(listening) as second:
+            first.do("initialize", **VSCODE)
+            debug(second, file)
+            assert first.do("threads")
+        assert silent.fileno() >= 0
+
+
+def test_more_editors_than_fit_are_reset(listening):
+    with contextlib.ExitStack() as stack:
+        clients = [stack.enter_context(editor(listening)) for _ in range(MOST_EDITORS)]
+        for client in clients:
+            assert client.do("initialize", **VSCODE)
+        with pytest.raises((ConnectionError, AssertionError)), editor(listening) as client:
+            client.do("initialize", **VSCODE)
+
+
+@pytest.fixture
+def sockets():
+    """Two ends of a connection."""
+    with dap_socket.listen("127.0.0.1", 0) as server:
+        near = socket.create_connection(server.getsockname())
+        far = server.accept()[0]
+    with near, far:
+        yield near, far
+
+
+def test_an_editor_that_takes_nothing_is_given_up(sockets):
+    near, far = sockets
+    editor = dap_socket.Editor(near, stall_s=0.01)
+    with pytest.raises(ConnectionError):
+        while True:
+            editor.write(bytes(1 << 20))
+    editor.close()
+    with pytest.raises(ConnectionError):
+        while far.recv(1 << 20):
+            pass
+
+
+def test_an_editor_may_be_silent_once_it_has_said_something(sockets):
+    near, far = sockets
+    editor = dap_socket.Editor(near, stall_s=0.01)
+    assert editor.read() == b""
+    far.sendall(b"a")
+    assert editor.read() == b"a"
+    ready = threading.Event()
+    reading = threading.Thread(target=lambda: (ready.set(), received.append(editor.read())))
+    received = []
+    reading.start()
+    ready.wait()
+    reading.join(0.05)  # some times as long as it may take nothing
+    far.sendall(b"b")
+    reading.join()
+    assert received == [b"b"]
+
+
+def test_an_editor_whose_computer_is_gone_is_found_out(sockets):
+    near, _ = sockets
+    dap_socket.Editor(near)
+    assert near.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
 
 
 def test_a_pause_reaches_a_program_that_never_waits(client, tmp_path):

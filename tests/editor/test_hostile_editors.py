@@ -2,9 +2,11 @@
 
 import asyncio
 import contextlib
+import gc
 import json
 import random
 import resource
+import socket
 
 import pytest
 
@@ -12,7 +14,7 @@ from tmcm34x.cli.dap import SERVICES
 from tmcm34x.debug.dap import Adapter
 from tmcm34x.debug.dap.messages import LARGEST, Framing, FramingError, frame
 from tmcm34x.editor.disk import DiskFiles
-from tmcm34x.editor.sessions import serve_messages, serve_tcp
+from tmcm34x.editor.sessions import MOST_EDITORS, serve_messages, serve_tcp
 
 URI = "file:///project/x.tmc"
 ALIVE = {"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": {"processId": None, "capabilities": {}}}
@@ -137,6 +139,97 @@ def test_bytes_that_are_no_messages_end_their_session_only(capfd, caplog):
     asyncio.run(scenario())
     assert "Traceback" not in capfd.readouterr().err
     assert not [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
+
+
+@contextlib.asynccontextmanager
+async def listening(**options):
+    """The address of a language server in this loop."""
+    address = asyncio.get_running_loop().create_future()
+    server = asyncio.create_task(
+        serve_tcp("127.0.0.1", 0, DiskFiles(), ready=lambda *place: address.set_result(place), **options)
+    )
+    yield await address
+    server.cancel()
+    await asyncio.gather(server, return_exceptions=True)
+
+
+@contextlib.asynccontextmanager
+async def connected(address):
+    """A further editor, and whether it is answered."""
+    reader, writer = await asyncio.open_connection(*address)
+    writer.write(frame(ALIVE))
+    line = b""
+    with contextlib.suppress(ConnectionError):
+        line = await reader.readline()
+    yield writer.get_extra_info("sockname"), bool(line)
+    writer.close()
+    with contextlib.suppress(ConnectionError):
+        await writer.wait_closed()
+
+
+async def answered(address):
+    """Whether a further editor is answered."""
+    async with connected(address) as (_, answer):
+        return answer
+
+
+def ask_and_read_nothing(address):
+    """An editor that goes on asking until its connection is reset."""
+    with socket.create_connection(address, timeout=60) as connection:
+        while True:
+            connection.sendall(frame(ALIVE) * 100)
+
+
+def test_an_editor_that_takes_nothing_is_reset_and_others_are_answered_meanwhile():
+    async def scenario():
+        async with listening(stall_s=0.2) as address:
+            greedy = asyncio.create_task(asyncio.to_thread(ask_and_read_nothing, address))
+            assert await answered(address)
+            with pytest.raises(ConnectionError):
+                await greedy
+            assert await answered(address)
+
+    asyncio.run(scenario())
+
+
+def test_an_editor_that_sends_nothing_at_all_is_dropped():
+    async def scenario():
+        async with listening(stall_s=0.05) as address:
+            reader, writer = await asyncio.open_connection(*address)
+            assert await reader.read() == b""
+            writer.close()
+            await writer.wait_closed()
+
+    asyncio.run(scenario())
+
+
+def test_more_editors_than_fit_are_reset_by_the_language_server():
+    async def scenario():
+        async with listening() as address, contextlib.AsyncExitStack() as stack:
+            for _ in range(MOST_EDITORS):
+                _, answer = await stack.enter_async_context(connected(address))
+                assert answer
+            assert not await answered(address)
+
+    asyncio.run(scenario())
+
+
+def connection_to(address):
+    """The server's end of an editor's connection."""
+    for sock in gc.get_objects():
+        if isinstance(sock, socket.socket) and sock.fileno() >= 0:
+            with contextlib.suppress(OSError):
+                if sock.getpeername() == address:
+                    return sock
+    raise AssertionError
+
+
+def test_an_editor_whose_computer_is_gone_is_found_out():
+    async def scenario():
+        async with listening() as address, connected(address) as (editor, _):
+            assert connection_to(editor).getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+
+    asyncio.run(scenario())
 
 
 # Debug adapter

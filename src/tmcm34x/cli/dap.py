@@ -5,18 +5,16 @@ from __future__ import annotations
 import contextlib
 import os
 import queue
-import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import click
 
 from tmcm34x.cli import CliError
-from tmcm34x.cli.link_options import LOOPBACK, LOOPBACK_HOSTS
+from tmcm34x.cli.link_options import LOOPBACK_HOSTS, TcpAddress
 from tmcm34x.cli.source_files import assemble_file, is_hex, read_image
 from tmcm34x.debug.dap import Adapter, Services
 from tmcm34x.debug.dap.messages import Framing, FramingError, RequestError, frame
@@ -35,11 +33,11 @@ _LOOK_S: Final = 0.5
 @click.command()
 @click.option(
     "--listen",
-    metavar="HOST:PORT",
-    help="Serve editors on a TCP port, one after the other, instead of standard input and output; "
-    "port 0 picks a free one.",
+    type=TcpAddress(),
+    metavar="[HOST:]PORT",
+    help="Serve editors on a TCP port instead of standard input and output; port 0 picks a free one.",
 )
-def command(listen: str | None) -> int:
+def command(listen: tuple[str, int] | None) -> int:
     """Serve the Debug Adapter Protocol for TMCL programs.
 
     An editor launches a program on a virtual module of its own, or attaches to a module, real or served, on a
@@ -49,31 +47,23 @@ def command(listen: str | None) -> int:
         if listen is None:
             _converse(_read_standard_input, _write_standard_output)
         else:
-            _serve(listen)
+            _serve(*listen)
     return 0
 
 
-def _serve(listen: str) -> None:
-    host, _, port = listen.rpartition(":")
-    host = host.strip("[]") or LOOPBACK
-    if not port.isdecimal() or int(port) > 65535:
-        raise CliError(f"--listen {listen}: not HOST:PORT")
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+def _serve(host: str, port: int) -> None:
+    """Sessions with all editors that connect."""
+    from tmcm34x.cli import dap_socket
+
     try:
-        server = socket.create_server((host, int(port)), family=family)
+        server = dap_socket.listen(host, port)
     except OSError as error:
-        raise CliError(f"--listen {listen}: {error.strerror or error}") from None
+        raise CliError(f"--listen {host}:{port}: {error.strerror or error}") from None
     if host not in LOOPBACK_HOSTS:
         click.echo("whoever reaches this port can read your sources and run programs", err=True)
     with server:
         click.echo(f"ready dap {host}:{server.getsockname()[1]}")
-        while True:
-            connection = server.accept()[0]
-            with connection:
-                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                _converse(partial(connection.recv, _READ_SIZE), connection.sendall)
-                with contextlib.suppress(OSError):
-                    connection.shutdown(socket.SHUT_RDWR)  # ends the reader, too
+        dap_socket.serve(server, _converse)
 
 
 def _read_standard_input() -> bytes:
@@ -136,8 +126,8 @@ def _converse(read: Callable[[], bytes], write: Callable[[bytes], object]) -> No
             _take(adapter, framing, data)
     except FramingError as error:
         click.echo(f"tmcm34x dap: {error}", err=True)
-    except (BrokenPipeError, ConnectionError):
-        pass  # The editor is gone without a word.
+    except ConnectionError:
+        pass  # The editor is gone without a word, or takes nothing any more.
     finally:
         incoming.close()
         adapter.close()

@@ -16,9 +16,13 @@ from pygls.exceptions import JsonRpcException
 
 from tmcm34x.editor.language_server import TmclServer
 from tmcm34x.editor.workspace import Files
+from tmcm34x.links.tcp import keep_alive, most_clients
 
 _LARGEST_MESSAGE: Final = 64 * 1024 * 1024
 """Bytes."""
+STALL_S: Final = 30.0
+MOST_EDITORS: Final = 64
+"""On a TCP port."""
 _MOST_WAITING: Final = 16
 """Messages that wait for the client before the next one of its own is read."""
 
@@ -123,33 +127,68 @@ async def serve_tcp(
     model: int = 343,
     *,
     ready: Callable[[str, int], object] = lambda _host, _port: None,
+    stall_s: float = STALL_S,
 ) -> None:
-    """Sessions with all clients that connect; `ready` gets the address, which port 0 leaves to the system."""
+    """Sessions with all editors that connect, `MOST_EDITORS` at a time; more are reset at once.
+
+    ready: gets the address, which port 0 leaves to the system
+    stall_s: how long an editor may take nothing of what is sent to it, and has for its first line [s]
+    """
+    places = asyncio.Semaphore(min(MOST_EDITORS, most_clients()))
 
     async def session(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         async def send(text: str) -> None:
             body = text.encode()
             writer.write(b"Content-Length: %d\r\n\r\n%b" % (len(body), body))
-            await writer.drain()
+            await _taken(writer, stall_s)
 
         try:
-            await serve_messages(_framed(reader), send, files, include_path, model)
+            async with places:
+                await serve_messages(_framed(reader, stall_s), send, files, include_path, model)
         except asyncio.CancelledError:
             pass  # The server ends; asyncio would print a session that is cancelled.
         finally:
             writer.close()
 
-    server = await asyncio.start_server(session, host, port)
+    async def greet(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        if places.locked():
+            writer.transport.abort()
+            return
+        keep_alive(writer.get_extra_info("socket"))
+        await session(reader, writer)
+
+    server = await asyncio.start_server(greet, host, port)
     ready(*server.sockets[0].getsockname()[:2])
     async with server:
         await server.serve_forever()
 
 
-async def _framed(reader: asyncio.StreamReader) -> AsyncIterator[bytes]:
-    """The messages of a stream with headers; ends with the stream, and where it is none of ours."""
+async def _taken(writer: asyncio.StreamWriter, stall_s: float) -> None:
+    """Wait until little is left to be sent.  Resets the connection when nothing is taken for too long."""
+    transport = writer.transport
+    while True:
+        left = transport.get_write_buffer_size()
+        try:
+            async with asyncio.timeout(stall_s):
+                await writer.drain()
+        except TimeoutError:
+            if transport.get_write_buffer_size() < left:
+                continue
+            transport.abort()
+            raise ConnectionAbortedError from None
+        return
+
+
+async def _framed(reader: asyncio.StreamReader, first_s: float) -> AsyncIterator[bytes]:
+    """The messages of a stream with headers; ends with the stream, and where it is none of ours.
+
+    first_s: how long the first line may take [s]
+    """
     length = 0
-    with contextlib.suppress(asyncio.IncompleteReadError, ConnectionError, ValueError):
-        while line := await reader.readline():
+    with contextlib.suppress(asyncio.IncompleteReadError, ConnectionError, TimeoutError, ValueError):
+        async with asyncio.timeout(first_s):
+            line = await reader.readline()
+        while line:
             name, _, value = line.partition(b":")
             if name.lower() == b"content-length":
                 length = int(value)
@@ -158,3 +197,4 @@ async def _framed(reader: asyncio.StreamReader) -> AsyncIterator[bytes]:
                     return
                 yield await reader.readexactly(length)
                 length = 0
+            line = await reader.readline()

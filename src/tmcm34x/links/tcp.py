@@ -96,7 +96,7 @@ class _Client(asyncio.BufferedProtocol):
         if not name or not self._accepts():  # a client that reset its connection has no name any more
             self._transport.abort()
             return
-        _keep_alive(self._transport.get_extra_info("socket"))
+        keep_alive(self._transport.get_extra_info("socket"))
         self._clients.add(self)
         _CLIENTS.add(self)
         self._peer = self._connect(f"tcp {_join(*name[:2])}", self._send)
@@ -142,7 +142,7 @@ def most_clients() -> int:
     return max(1, min(_MOST_CLIENTS, getrlimit(RLIMIT_NOFILE)[0] // 2))
 
 
-def _keep_alive(connection: socket.socket) -> None:
+def keep_alive(connection: socket.socket) -> None:
     """Have connections dropped whose other end has vanished without a word."""
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for name, value in _KEEP_ALIVE.items():
