@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import click
 
 from tmcm34x.cli import CliError
+from tmcm34x.cli.outputs import TEXT_OUT, is_standard_output, only_one, write
 from tmcm34x.cli.source_files import (
     append_stop_option,
     assemble_file,
@@ -16,7 +16,6 @@ from tmcm34x.cli.source_files import (
     is_standard_input,
     model_option,
     print_diagnostics,
-    write,
 )
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.formatter import format_source
@@ -25,23 +24,25 @@ from tmcm34x.toolchain.linter import lint
 from tmcm34x.toolchain.listing import listing, symbol_file
 from tmcm34x.toolchain.structure import emit_tmcl
 
-_PATH = click.Path(dir_okay=False, path_type=Path)
-
 
 @click.command()
 @click.argument("file", type=click.Path(dir_okay=False, allow_dash=True, path_type=Path))
-@click.option("-o", "--output", type=_PATH, metavar="OUT", help="Image to write: .bin, or Intel HEX as .hex.")
+@click.option(
+    "-o", "--output", type=TEXT_OUT, metavar="OUT", help="Image to write: .bin, or Intel HEX as .hex."
+)
 @include_option
 @click.option(
     "--listing",
     "listing_file",
-    type=_PATH,
+    type=TEXT_OUT,
     metavar="FILE",
     help="Write addresses and bytes beside the source.",
 )
-@click.option("--symbols", "symbols_file", type=_PATH, metavar="FILE", help="Write names with their values.")
 @click.option(
-    "--emit-tmcl", "plain_file", type=_PATH, metavar="FILE",
+    "--symbols", "symbols_file", type=TEXT_OUT, metavar="FILE", help="Write names with their values."
+)
+@click.option(
+    "--emit-tmcl", "plain_file", type=TEXT_OUT, metavar="FILE",
     help="Write the program as one plain source: included files, #if and local labels resolved.",
 )  # fmt: skip
 @append_stop_option
@@ -63,6 +64,9 @@ def command(
     to standard error, all of them, and the exit status is 1; warnings about parameters that the model does not have are
     printed too and change nothing.
     """
+    to_standard_output = only_one({
+        "-o": output, "--listing": listing_file, "--symbols": symbols_file, "--emit-tmcl": plain_file,
+    })  # fmt: skip
     assembly = assemble_file(file, include_path, append_stop=append_stop, model=int(model))
     warnings = tuple(item for item in lint(assembly, model=int(model)) if item.code == "W302")
     print_diagnostics((*assembly.diagnostics, *warnings), assembly.sources)
@@ -79,18 +83,17 @@ def command(
         write(plain_file, format_source(emit_tmcl(assembly)).encode())
     if symbols_file is not None:
         write(symbols_file, symbol_file(assembly).encode())
-    if is_standard_input(target):
+    if is_standard_output(target):
         return 0
     appended = ", the last one an appended STOP" if assembly.code and assembly.code[-1].appended else ""
-    click.echo(f"{target}: {len(program)} instruction{'s' * (len(program) != 1)}{appended}")
+    click.echo(
+        f"{target}: {len(program)} instruction{'s' * (len(program) != 1)}{appended}", err=to_standard_output
+    )
     return 0
 
 
 def _write_image(target: Path, source: Path, program: tuple[Instruction, ...]) -> None:
     """Write the image in the form that its suffix names; `-` is standard output, in binary form."""
-    if is_standard_input(target):
-        sys.stdout.buffer.write(pack_binary(program))
-        return
-    if target.resolve() == source.resolve():
+    if not is_standard_output(target) and target.resolve() == source.resolve():
         raise CliError(f"{target}: would overwrite the source; name the image with -o")
     write(target, pack_hex(program).encode() if is_hex(target) else pack_binary(program))

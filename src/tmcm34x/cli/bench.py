@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import click
 
-from tmcm34x.cli import CliError
+from tmcm34x.cli import CliError, outputs
 from tmcm34x.cli.link_options import LOOPBACK
 from tmcm34x.files import read_bytes
 
@@ -180,7 +180,4 @@ def _read(path: str) -> str:
 
 
 def _write(path: str, text: str) -> None:
-    try:
-        Path(path).write_bytes(base64.b64decode(text))
-    except OSError as error:
-        raise CliError(f"{path}: {error.strerror}") from error
+    outputs.write(Path(path), base64.b64decode(text))

@@ -6,25 +6,28 @@ from pathlib import Path
 
 import click
 
+from tmcm34x.cli.outputs import TEXT_OUT, write
 from tmcm34x.cli.source_files import (
     assemble_file,
     include_option,
     model_option,
     print_diagnostics,
     read_image,
-    write,
 )
 from tmcm34x.toolchain.disassembler import disassemble, up_to_end_mark
 from tmcm34x.toolchain.formatter import format_source
 from tmcm34x.toolchain.likeness import disassemble_like
 
-_PATH = click.Path(dir_okay=False, path_type=Path)
-
 
 @click.command()
 @click.argument("file", type=click.Path(dir_okay=False, allow_dash=True, path_type=Path))
 @click.option(
-    "-o", "--output", type=_PATH, metavar="OUT.tmc", help="Source to write; standard output without it."
+    "-o",
+    "--output",
+    type=TEXT_OUT,
+    default="-",
+    metavar="OUT.tmc",
+    help="Source to write; standard output without it.",
 )
 @click.option(
     "--end-mark", is_flag=True, help="Stop at the first opcode 0, which ends an upload from a module."
@@ -39,7 +42,7 @@ _PATH = click.Path(dir_okay=False, path_type=Path)
 def command(
     *,
     file: Path,
-    output: Path | None,
+    output: Path,
     end_mark: bool,
     plain: bool,
     like: Path | None,
@@ -58,8 +61,5 @@ def command(
             print_diagnostics(old.diagnostics, old.sources)
             return 1
         text = format_source(disassemble_like(program, old))
-    if output is None:
-        click.echo(text, nl=False)
-    else:
-        write(output, text.encode())
+    write(output, text.encode())
     return 0

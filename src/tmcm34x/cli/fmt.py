@@ -7,7 +7,8 @@ from pathlib import Path
 
 import click
 
-from tmcm34x.cli.source_files import each, is_standard_input, read_source, sources, write
+from tmcm34x.cli.outputs import write
+from tmcm34x.cli.source_files import each, is_standard_input, read_source, sources
 from tmcm34x.toolchain.encoding import encode
 from tmcm34x.toolchain.formatter import format_source, lexical_mistake
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from tmcm34x.cli import CliError, link_options, parameter_options, spare_the_collector
+from tmcm34x.cli.outputs import FILE_OUT
 from tmcm34x.cli.signals import stop_on_signals
 from tmcm34x.cli.terminal import ERRORS, Scarcity, logging_here
 
@@ -68,9 +69,7 @@ Examples:
     metavar="FILE",
     help="What hangs on the virtual module.",
 )
-@click.option(
-    "--eeprom", type=click.Path(dir_okay=False), metavar="FILE", help="Image of its non-volatile memory."
-)
+@click.option("--eeprom", type=FILE_OUT, metavar="FILE", help="Image of its non-volatile memory.")
 @click.option(
     "--listen",
     type=link_options.TcpAddress(),

@@ -15,8 +15,9 @@ from tmcm34x.bench.session.language import MODELS, Case, load
 from tmcm34x.bench.session.player import CAN, SERIAL, Player
 from tmcm34x.bench.session.runner import Result, moving_line, run, run_real
 from tmcm34x.cli import CliError
+from tmcm34x.cli.outputs import FILE_OUT, write
 from tmcm34x.cli.source_files import MODELS as MODEL_NAMES
-from tmcm34x.cli.source_files import is_folder, read_bytes, write
+from tmcm34x.cli.source_files import is_folder, read_bytes
 
 if TYPE_CHECKING:
     from tmcm34x.host.connection import Connection
@@ -55,7 +56,7 @@ Examples:
     metavar="FILE",
     help="What hangs on the module, where a session does not say so itself.",
 )
-@click.option("--junit", type=_PATH, metavar="OUT", help="Write the results as JUnit XML.")
+@click.option("--junit", type=FILE_OUT, metavar="OUT", help="Write the results as JUnit XML.")
 @click.option("--first", is_flag=True, help="End at the first failure.")
 @click.option("--quiet", is_flag=True, help="Print failures and the sum only.")
 @click.option(

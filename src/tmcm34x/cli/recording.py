@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
 from tmcm34x.cli import CliError
+from tmcm34x.cli.outputs import is_standard_output
 from tmcm34x.clock import MS, seconds
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.mnemonic import format_instruction
@@ -68,6 +69,8 @@ class Recording:
 
 
 def _open(path: Path, files: contextlib.ExitStack) -> TextIO:
+    if is_standard_output(path):
+        return sys.stdout
     try:
         return files.enter_context(path.open("w", encoding="utf-8", newline="\n"))
     except OSError as error:

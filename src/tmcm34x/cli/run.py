@@ -22,6 +22,7 @@ from tmcm34x.cli import (
     state,
     user_functions,
 )
+from tmcm34x.cli.outputs import FILE_OUT, TEXT_OUT, only_one
 from tmcm34x.cli.progress import Progress
 from tmcm34x.cli.recording import Recording
 from tmcm34x.cli.report import Report
@@ -77,7 +78,8 @@ class Assignment(click.ParamType[tuple[int, int]]):
         return number, content
 
 
-_OUT: Final = click.Path(dir_okay=False, path_type=Path)
+_TEXTS: Final = {"csv": "csv_file", "vcd": "vcd_file", "save-session": "save_session"}
+"""Options whose outputs may go to standard output."""
 _IN: Final = click.Path(dir_okay=False, path_type=Path)
 _EPILOG = """\b
 Examples:
@@ -106,7 +108,9 @@ Examples:
 @click.option(
     "--bench", type=_IN, metavar="FILE", help="What is connected to the module; bare motors without it."
 )
-@click.option("--csv", "csv_file", type=_OUT, metavar="OUT", help="Write positions and speeds as a table.")
+@click.option(
+    "--csv", "csv_file", type=TEXT_OUT, metavar="OUT", help="Write positions and speeds as a table."
+)
 @click.option(
     "--sample",
     type=FiniteRange(0, min_open=True),
@@ -115,9 +119,11 @@ Examples:
     metavar="MS",
     help="Time between rows of the table.",
 )
-@click.option("--vcd", "vcd_file", type=_OUT, metavar="OUT", help="Write waveforms for GTKWave or Surfer.")
 @click.option(
-    "--plot", "plot_file", type=_OUT, metavar="OUT", help="Draw a picture: .svg, or .png with Pillow."
+    "--vcd", "vcd_file", type=TEXT_OUT, metavar="OUT", help="Write waveforms for GTKWave or Surfer."
+)
+@click.option(
+    "--plot", "plot_file", type=FILE_OUT, metavar="OUT", help="Draw a picture: .svg, or .png with Pillow."
 )
 @click.option(
     "--trace", "trace_on", is_flag=True, help="Print each command on standard error as it is executed."
@@ -144,10 +150,10 @@ Examples:
     metavar="EXPR",
     help="End when this expression of the debugger is not 0, such as 'ap[1][0] > 5000 && gp[3] == 1'.",
 )
-@click.option("--save-state", type=_OUT, metavar="OUT", help="Write the state of the bench at the end.")
+@click.option("--save-state", type=FILE_OUT, metavar="OUT", help="Write the state of the bench at the end.")
 @click.option(
     "--save-session",
-    type=_OUT,
+    type=TEXT_OUT,
     metavar="OUT",
     help="Write a session that reaches the moment of the end, for tmcm34x play.",
 )
@@ -160,7 +166,7 @@ Examples:
 @click.option(
     "--coverage",
     "coverage_file",
-    type=_OUT,
+    type=FILE_OUT,
     metavar="OUT.info",
     help="Add which lines and branches were executed to an lcov tracefile, with an HTML page beside it.",
 )
@@ -179,6 +185,7 @@ def command(**options: Any) -> int:
     ran past its end, 4 when an expectation of the bench file failed, 130 when interrupted.
     """
     file = Path(options["file"])
+    aside = _summary_aside(options)
     session_file.check(options)
     rig = _make_rig(options)
     program, assembly = _read_program(file, options, rig.modules[0].board.model.number)
@@ -199,7 +206,7 @@ def command(**options: Any) -> int:
         report = Report(run, recording.figures, file, assembly)
         _go(run, report, recording, options)
         recording.finish()
-    click.echo(json.dumps(report.summary(), indent=2) if options["as_json"] else str(report))
+    click.echo(json.dumps(report.summary(), indent=2) if options["as_json"] else str(report), err=aside)
     run.module.program.count(None)
     if options["save_state"]:
         state.write(options["save_state"], rig)
@@ -209,7 +216,7 @@ def command(**options: Any) -> int:
         if options["coverage_file"]:
             coverage.write(options["coverage_file"], assembly, counts, earlier)
         if options["profile"]:
-            click.echo("\n" + coverage.profile(assembly, counts, run.module), err=options["as_json"])
+            click.echo("\n" + coverage.profile(assembly, counts, run.module), err=aside or options["as_json"])
     if run.ending == INTERRUPTED:
         return 130
     for failure in watch.failures if watch else ():
@@ -217,6 +224,12 @@ def command(**options: Any) -> int:
     if watch and watch.failures:
         return UNFULFILLED
     return PROGRAM_ERROR if run.refusals else 0
+
+
+def _summary_aside(options: dict[str, Any]) -> bool:
+    """Whether the summary makes room for something else on standard output."""
+    outputs = {f"--{name}": options[key] for name, key in _TEXTS.items()}
+    return only_one({**outputs, "--json": options["as_json"]}) and not options["as_json"]
 
 
 def _go(run: Run, report: Report, recording: Recording, options: dict[str, Any]) -> None:

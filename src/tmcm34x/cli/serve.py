@@ -20,6 +20,7 @@ from tmcm34x.bench.counters import Counters
 from tmcm34x.capture.record import RecordingError
 from tmcm34x.cli import CliError, FiniteRange, link_options, parameter_options, user_functions
 from tmcm34x.cli.memory import keep, open_eeprom
+from tmcm34x.cli.outputs import FILE_OUT
 from tmcm34x.cli.signals import stop_on_signals
 from tmcm34x.cli.terminal import ERRORS, OUTPUT, Scarcity
 from tmcm34x.firmware.storage import Eeprom, EepromError
@@ -77,7 +78,7 @@ Examples:
     "--eeprom",
     "eeproms",
     multiple=True,
-    type=_PATH,
+    type=FILE_OUT,
     metavar="FILE",
     help="Image of the non-volatile memory; created when missing. Without it, memory lasts as long as the process. "
     "With --bench: once for each module, in order.",
@@ -130,7 +131,7 @@ Examples:
 @click.option("--counters", is_flag=True, help="At the end, print what was refused, worn and lost.")
 @click.option(
     "--ready-file",
-    type=_PATH,
+    type=FILE_OUT,
     metavar="FILE",
     help="Write the `ready` lines to FILE when all links are open; it is removed at the end.",
 )

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.bench.session.world import Unit
-from tmcm34x.cli import CliError
+from tmcm34x.cli import CliError, outputs
 from tmcm34x.files import read_text
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import Instruction, pack_request
@@ -42,12 +42,8 @@ def check(options: dict[str, Any]) -> None:
 
 def write(options: dict[str, Any], rig: Rig, program: Sequence[Instruction]) -> None:
     """Write the session of a run of `program` that has ended on `rig`."""
-    path = Path(options["save_session"])
     text = "\n".join([*_head(options, rig), *_way(options, rig, program), *_moment(rig)])
-    try:
-        path.write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise CliError(f"{path}: {error.strerror}") from None
+    outputs.write(Path(options["save_session"]), f"{text}\n".encode())
 
 
 def _head(options: dict[str, Any], rig: Rig) -> Iterator[str]:

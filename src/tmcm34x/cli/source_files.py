@@ -93,14 +93,6 @@ def read_bytes(path: Path) -> bytes:
         raise CliError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
 
 
-def write(path: Path, data: bytes) -> None:
-    """Writes a file; a `CliError` with one line where that cannot be."""
-    try:
-        path.write_bytes(data)
-    except OSError as error:
-        raise CliError(f"{path}: {error.strerror}") from None
-
-
 def read_source(path: Path) -> tuple[str, Encoding]:
     """The text of a source file and how it is stored; a `CliError` with one line where it holds none."""
     try:

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tmcm34x.cli import CliError
+from tmcm34x.cli.outputs import FILE_OUT, write
 from tmcm34x.cli.signals import interruptible
-from tmcm34x.cli.source_files import include_option, write
+from tmcm34x.cli.source_files import include_option
 from tmcm34x.sweep import plan
 from tmcm34x.sweep.description import Sweep, SweepError
 from tmcm34x.sweep.loading import load
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from tmcm34x.bench import Rig
     from tmcm34x.sweep.work import Numbered
 
-_OUT = click.Path(dir_okay=False, path_type=Path)
 _EPILOG = """\b
 Examples:
   tmcm34x sweep examples/sweeps/xy-stage.toml --out xy-stage.csv
@@ -38,9 +38,12 @@ Examples:
 
 
 @click.command(epilog=_EPILOG)
-@click.argument("file", type=_OUT)
+@click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
 @click.option(
-    "--out", type=_OUT, metavar="OUT.csv", help="The table of results.  [default: FILE with the ending .csv]"
+    "--out",
+    type=FILE_OUT,
+    metavar="OUT.csv",
+    help="The table of results.  [default: FILE with the ending .csv]",
 )
 @click.option(
     "--processes",
@@ -55,15 +58,17 @@ Examples:
     "--row", type=click.IntRange(0), metavar="N", help="Do the run of row N alone and print its figures."
 )
 @click.option(
-    "--plot", type=_OUT, metavar="OUT.svg", help="With --row: draw positions and speeds of the run."
+    "--plot", type=FILE_OUT, metavar="OUT.svg", help="With --row: draw positions and speeds of the run."
 )
 @click.option(
     "--cluster",
     metavar="ADDRESS",
     help="Have the runs done by the dask.distributed cluster with this scheduler, such as tcp://127.0.0.1:8786.",
 )
-@click.option("--parquet", type=_OUT, metavar="OUT.parquet", help="Write the table in Parquet too.")
-@click.option("--picture", type=_OUT, metavar="OUT.svg", help="Draw each figure against each varied value.")
+@click.option("--parquet", type=FILE_OUT, metavar="OUT.parquet", help="Write the table in Parquet too.")
+@click.option(
+    "--picture", type=FILE_OUT, metavar="OUT.svg", help="Draw each figure against each varied value."
+)
 @include_option
 def command(**options: Any) -> int:
     """Run a program once for each row of the sweep FILE (TOML) and write figures of each run as CSV.

@@ -27,6 +27,7 @@ from tmcm34x.cli.host.common import (
     show_retries,
     yes_option,
 )
+from tmcm34x.cli.outputs import TEXT_OUT, is_standard_output
 
 if TYPE_CHECKING:
     from tmcm34x.host.backup import Backup, Difference
@@ -52,12 +53,12 @@ keep_address_option = click.option(
 
 
 @click.command()
-@click.argument("file", type=FILE)
+@click.argument("file", type=TEXT_OUT)
 @in_use_option
 @port_option
 @yes_option
 def backup(file: Path, in_use_only: bool, url: str | None, yes: bool) -> int:
-    """Save everything that the module keeps in FILE: TOML, for version control.
+    """Save everything that the module keeps in FILE, or write it to standard output for -: TOML, for version control.
 
     Settings in use and stored ones apart, user variables, coordinates, driver chain, microstep table and the program.
     The exit status is 1, and the first line of FILE says so, where something could not be read. A FILE with a complete
@@ -90,13 +91,12 @@ def _beside(file: Path) -> Path:
 
 
 def _say_complete(file: Path, found: Backup) -> int:
-    if found.complete:
-        click.echo(f"{file}: complete")
-        return 0
-    click.echo(f"{file}: INCOMPLETE, {len(found.not_read)} not read:")
-    for line in found.not_read[:_SHOWN]:
-        click.echo(f"  {line}")
-    return 1
+    lines = [f"{file}: complete"]
+    if not found.complete:
+        lines = [f"{file}: INCOMPLETE, {len(found.not_read)} not read:"]
+        lines += [f"  {line}" for line in found.not_read[:_SHOWN]]
+    click.echo("\n".join(lines), err=is_standard_output(file))
+    return 0 if found.complete else 1
 
 
 @click.command()

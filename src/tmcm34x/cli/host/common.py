@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from tmcm34x.cli import CliError
+from tmcm34x.cli.outputs import is_standard_output
 
 if TYPE_CHECKING:
     from tmcm34x.host.connection import Connection
@@ -151,9 +152,15 @@ def print_json(value: Any) -> None:
 
 
 def save(path: Path, text: str) -> None:
-    """Write a file, whole or not at all: a full disk leaves the old one as it was.  Raises `CliError`."""
+    """Write a file, whole or not at all: a full disk leaves the old one as it was; or to standard output.
+
+    Raises `CliError`.
+    """
     import tempfile
 
+    if is_standard_output(path):
+        click.echo(text, nl=False)
+        return
     temporary = ""
     try:
         descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")

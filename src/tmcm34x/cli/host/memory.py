@@ -17,7 +17,8 @@ from tmcm34x.cli.host.common import (
     show_retries,
     yes_option,
 )
-from tmcm34x.cli.source_files import append_stop_option, include_option, is_hex, read_program, write
+from tmcm34x.cli.outputs import TEXT_OUT, write
+from tmcm34x.cli.source_files import append_stop_option, include_option, is_hex, read_program
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -108,12 +109,12 @@ def _what(connection: Connection, size: int, run: bool) -> str:
 
 @click.command()
 @click.option(
-    "-o", "--output", type=FILE, metavar="FILE", help="Where to: source as .tmc, an image as .bin or .hex; by "
-    "default source on standard output.",
+    "-o", "--output", type=TEXT_OUT, default="-", metavar="FILE",
+    help="Where to: source as .tmc, an image as .bin or .hex; by default source on standard output.",
 )  # fmt: skip
 @click.option("--plain", is_flag=True, help="Leave out the comments that name parameters.")
 @port_option
-def upload(output: Path | None, plain: bool, url: str | None) -> int:
+def upload(output: Path, plain: bool, url: str | None) -> int:
     """Read the program out of the module, up to its end mark."""
     from tmcm34x.host import program
     from tmcm34x.toolchain.disassembler import disassemble
@@ -125,9 +126,7 @@ def upload(output: Path | None, plain: bool, url: str | None) -> int:
             instructions = connection.run(program.upload(progress=show))
         show_retries(connection)
     source = format_source(disassemble(instructions, explain=not plain)) if instructions else ""
-    if output is None:
-        click.echo(source, nl=False)
-    elif is_hex(output):
+    if is_hex(output):
         write(output, pack_hex(instructions).encode())
     elif output.suffix.lower() == ".bin":
         write(output, pack_binary(instructions))

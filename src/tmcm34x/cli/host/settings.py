@@ -23,6 +23,7 @@ from tmcm34x.cli.host.common import (
     show_retries,
     yes_option,
 )
+from tmcm34x.cli.outputs import TEXT_OUT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,9 +42,9 @@ def command() -> None:
 
 
 @command.command()
-@click.argument("file", type=FILE, required=False)
+@click.argument("file", type=TEXT_OUT, default="-")
 @port_option
-def dump(file: Path | None, url: str | None) -> int:
+def dump(file: Path, url: str | None) -> int:
     """Read all settings in use and write them to FILE, or to standard output as TOML.
 
     The exit status is 1 where a value could not be read; the file then says which in its first line and at its end.
@@ -56,12 +57,9 @@ def dump(file: Path | None, url: str | None) -> int:
         with progress("reading") as show:
             readings = connection.run(settings.read(settings_items(model), show))
         show_retries(connection)
-    write = settings.to_tmcl if file is not None and file.suffix.lower() == ".tmc" else settings.to_toml
+    write = settings.to_tmcl if file.suffix.lower() == ".tmc" else settings.to_toml
     text = write(model, version, readings)
-    if file is None:
-        click.echo(text, nl=False)
-    else:
-        save(file, text)
+    save(file, text)
     missing = settings.missing(readings)
     for line in missing:
         click.echo(f"not read: {line}", err=True)
