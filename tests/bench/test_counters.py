@@ -90,7 +90,7 @@ def test_commands_of_a_program_are_counted_too(rig):
     found = counted(counters)
     assert found["refused"] == {"4 invalid value": 1}
     assert found["without_effect"] == {"no_speed": 1}
-    assert found["eeprom_writes"] == {"global_parameter 0 68": 1}
+    assert found["eeprom_writes"] == {"global_parameter 68": 1}
 
 
 def test_counting_changes_no_run():
@@ -109,7 +109,7 @@ def test_run_shows_what_was_counted(tmp_path):
     file = tmp_path / "p.tmc"
     file.write_text(PROGRAM)
     result = subprocess.run([COMMAND, "run", file], capture_output=True, text=True, check=False)
-    assert "counted     1 EEPROM write, 1 of them to global_parameter 0 68" in result.stdout
+    assert "counted     1 EEPROM write, 1 of them to global_parameter 68" in result.stdout
     assert "counted     moves with a largest speed of 0 (axis parameter 4): 1" in result.stdout
     result = subprocess.run([COMMAND, "run", "--json", file], capture_output=True, text=True, check=False)
     (figures,) = json.loads(result.stdout)["counters"]

@@ -177,12 +177,12 @@ def test_what_has_happened_is_counted(tmp_path):
     assert bench.host.recv(9)[2] == 1
     (figures,) = bench.do("counters")["modules"]
     assert figures["refused"] == {"2 invalid command": 2, "4 invalid value": 1, "1 wrong checksum": 1}
-    assert figures["eeprom_writes"] == {"global_parameter 0 68": 1}
+    assert figures["eeprom_writes"] == {"global_parameter 68": 1}
     assert figures["without_effect"] == {"no_speed": 1}
     assert len(figures["lost_fullsteps"]) == 3
     lines = bench.close().splitlines()
     assert "module 0: 2 commands refused with 2 invalid command" in lines
-    assert "module 0: 1 EEPROM write, 1 of them to global_parameter 0 68" in lines
+    assert "module 0: 1 EEPROM write, 1 of them to global_parameter 68" in lines
 
 
 @pytest.mark.parametrize(

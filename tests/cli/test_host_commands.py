@@ -15,7 +15,7 @@ import pytest
 from click.testing import CliRunner
 
 from tmcm34x.cli import run
-from tmcm34x.host import Connection
+from tmcm34x.host import Connection, program
 from tmcm34x.tmcl.datagram import Instruction
 
 COMMAND = Path(sys.executable).with_name("tmcm34x")
@@ -224,7 +224,7 @@ def test_settings_on_a_line_that_is_lost_say_how_many_are_set_or_stored(serve, t
         served = serve("--tcp", 0, "--fault", "silent,after=30")
         result = tmcm34x("settings", *words, "--yes", port=f"tcp:{served.tcp}?timeout=1&retries=0")
         assert result.exit_code == 3
-        assert re.search(rf"; (28|29) of \d+ values are {what}, the others are not\n$", result.output)
+        assert re.search(rf"; (27|28) of \d+ values are {what}, the others are not\n$", result.output)
 
 
 def test_a_program_with_mistakes_is_not_sent(port, tmp_path):
@@ -280,6 +280,48 @@ def test_a_module_found_in_download_mode_is_freed_and_said(port):
     assert tmcm34x("send", "GAP 4, 0", port=port).exit_code == 0
 
 
+LOOKING = (
+    "status", "why", "monitor --csv --count 1", "settings dump", "backup x.toml --yes", "upload",
+    "compare PORT PORT --yes", "settings store --yes", "settings load s.toml --yes", "factory-reset --yes",
+    "start --yes", "step --yes", "reset", "download s.tmc --dry-run", "play s.session --port PORT --yes", "scan PORT",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("line", LOOKING)
+def test_a_module_found_in_download_mode_is_asked_nothing_that_it_would_store(
+    port, tmp_path, monkeypatch, line
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.toml").write_text("[axis.0]\nmax_speed = 5\n")
+    (tmp_path / "s.tmc").write_text("STOP\n")
+    (tmp_path / "s.session").write_text("> GAP 4, 0\n< 100\n")
+    with Connection.open(port) as connection:
+        connection.run(program.download([Instruction(4, 0, 0, n) for n in range(20)]))
+        connection.ask(Instruction(132))
+    result = tmcm34x(*line.replace("PORT", port).split(), port=port)
+    assert "Traceback" not in result.output
+    if not line.startswith("scan"):
+        assert "tmcm34x stop" in result.output
+    if not line.startswith(("scan", "why", "play")):
+        assert result.exit_code == 4
+    with Connection.open(port) as connection:
+        assert connection.ask(Instruction(135)).status == 6, "it is still in download mode"
+        connection.run(program.stop())
+        assert [connection.read_instruction(n).number for n in range(20)] == [4] * 20
+
+
+def test_what_is_sent_to_a_module_in_download_mode_ends_with_the_first_command(port):
+    with Connection.open(port) as connection:
+        connection.ask(Instruction(132))
+    result = tmcm34x("send", "GAP 4, 0", "GAP 5, 0", "GAP 6, 0", port=port)
+    assert result.exit_code == 4
+    assert result.output.count("\n") == 1
+    assert "`tmcm34x stop`" in result.output and "2 more not sent" in result.output
+    own = ["quit_download_mode", "start_download_mode", "GAP 4, 0", "STOP", "quit_download_mode"]
+    result = tmcm34x("send", "--yes", *own, port=port)
+    assert (result.exit_code, result.output.count("stored")) == (0, 2)
+
+
 def test_a_protected_program_is_explained(port):
     tmcm34x("send", "--yes", "SGP code_protection, 0, 1", port=port)
     result = tmcm34x("upload", port=port)
@@ -323,7 +365,12 @@ def test_settings_that_are_refused_are_status_4(port, tmp_path):
     assert (
         "module.auto_start: SGP 77, 0, 1: status 5, configuration EEPROM locked: unlock it" in result.output
     )
-    assert tmcm34x("settings", "store", "--yes", port=port).exit_code == 4
+    result = tmcm34x("settings", "store", "--yes", port=port)
+    assert (result.exit_code, result.output.count("\n")) == (4, 1)
+    assert "unlock it with SGP 73, 0, 4321" in result.output
+    (tmp_path / "more.toml").write_text("[module]\nauto_start = 1\nshutdown_pin = 1\ncan_reply_id = 3\n")
+    result = tmcm34x("settings", "load", tmp_path / "more.toml", "--yes", port=port)
+    assert "module.auto_start and 1 more: status 5" in result.output
 
 
 def test_settings_of_another_model_are_refused_unless_told(tmp_path):
@@ -680,7 +727,7 @@ def test_completion_knows_commands_parameters_and_words():
     assert completions("max_s", "GAP max_s") == ["max_speed"]
     assert completions("can_b", "SGP can_b") == ["can_bit_rate"]
     assert completions("a", "MVP a") == ["ABS"]
-    assert completions("enter", "enter") == ["enter_ASCII_mode"]
+    assert completions("enter", "enter") == ["enter_ascii_mode"]
 
 
 @pytest.mark.parametrize(

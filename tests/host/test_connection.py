@@ -104,6 +104,18 @@ def test_a_late_reply_is_not_taken_for_the_answer_to_a_later_command_of_the_same
     assert connection.counts.late == 1
 
 
+def test_late_replies_to_a_repeated_probe_are_late_and_those_of_no_other_host():
+    """A module that is slow once answers three probes, the last two before what is asked then."""
+    line = Line(b"", b"", b"", [PROBE], [PROBE, PROBE, reply(222)], reply(333, command=10))
+    connection = Connection(line, retries=3)
+    with pytest.raises(NoReplyError):
+        connection.ask(Instruction(6, 1), retries=0)
+    assert connection.command(6, 4) == 222
+    assert connection.command(10, 66) == 333
+    assert [instruction.number for _, instruction in line.sent] == [6, 136, 136, 136, 6, 10]
+    assert (connection.counts.late, connection.counts.misdirected) == (2, 0)
+
+
 def test_no_probe_is_needed_where_the_command_number_tells():
     line = Line(b"", [reply(1, command=4), reply(7)])
     connection = Connection(line)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from host_rigs import connected, faulty, module_of
 from tmcm34x.bench import simple_rig
-from tmcm34x.host import FileError, Module, settings
+from tmcm34x.host import FileError, Module, RefusedError, settings
 from tmcm34x.host.items import COMMUNICATION, GUARDED, settings_items
 from tmcm34x.host.reading import Absent, Refused, Silent, Value
 from tmcm34x.host.settings import from_text, to_tmcl, to_toml
@@ -132,7 +132,7 @@ def test_an_export_over_a_bad_line_is_whole_and_an_import_too(fault):
     assert second.run(settings.read(settings_items(343))) == readings
 
 
-def test_a_refusal_does_not_end_an_import_or_storing():
+def test_a_refusal_does_not_end_an_import_but_a_lock_ends_storing():
     connection = connected()
     module = Module(connection)
     module.eeprom_lock = 1234
@@ -141,7 +141,8 @@ def test_a_refusal_does_not_end_an_import_or_storing():
     (failure,) = connection.run(settings.apply(wanted))
     assert "status 5, configuration EEPROM locked: unlock it with SGP 73, 0, 4321" in failure.why
     assert module.axes[0].max_speed == 55
-    assert len(connection.run(settings.store([items["axis.0.max_speed"]]))) == 1
+    with pytest.raises(RefusedError, match="unlock it with SGP 73, 0, 4321"):
+        connection.run(settings.store(settings_items(343)))
 
 
 def test_divisors_are_set_before_what_depends_on_them():

@@ -159,7 +159,9 @@ def test_a_module_in_download_mode_is_named_and_freed_by_a_download(tmp_path):
         bench.do(lambda: bench.module.execute(Instruction(CONTROL.START_DOWNLOAD, value=100)))
         answer = await page.ask(wire.Upload())
         assert isinstance(answer, wire.Refusal)
-        assert "INCOMPLETE" in (await page.call(wire.ExportSettings("toml"))).splitlines()[0]
+        answer = await page.ask(wire.ExportSettings("toml"))
+        assert isinstance(answer, wire.Refusal) and "tmcm34x stop" in answer.text
+        assert bench.module.program.memory.read(100).number == 0, "no question was stored"
         assert (await page.call(wire.Download("a.tmc", replace=True)))["listing"]
         assert "download mode" in (await page.event(wire.Output, lambda event: "133" in event.text)).text
         assert not bench.module.program.downloading

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
+from tmcm34x.firmware.changes import Cell
 from tmcm34x.tmcl.status import STATUS_TEXTS
 
 if TYPE_CHECKING:
@@ -74,8 +75,20 @@ class ModuleCounters:
         return False
 
     def _written(self, changes: Sequence[Change]) -> None:
-        for cell, motor, number, _ in changes:
-            self.writes[f"{cell.name.lower()} {motor} {number}"] += 1
+        self.writes.update(map(_cell_name, changes))
+
+
+def _cell_name(change: Change) -> str:
+    """What a write is of: `global_parameter 68`, `axis_parameter 4 of motor 0`."""
+    name = change.cell.name.lower()
+    if change.cell in _WHOLE:
+        return name
+    return f"{name} {change.number}{f' of motor {change.motor}' if change.cell in _OF_MOTORS else ''}"
+
+
+_OF_MOTORS: Final = frozenset({Cell.AXIS_PARAMETER, Cell.COORDINATE})
+_WHOLE: Final = frozenset({Cell.PROGRAM_ERASED, Cell.DEFAULTS})
+"""Writes of more than one cell."""
 
 
 class Counters:

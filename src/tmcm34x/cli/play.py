@@ -159,23 +159,23 @@ def _real(cases: Sequence[Case], options: dict[str, Any]) -> Iterator[Result]:
     if options["bench"] is not None:
         raise click.UsageError("--bench is for virtual modules; a real one has its own.")
     try:
-        connection = Connection.open(options["port"], baud=options["baud"], address=options["address"])
-        model = _model(connection)
-        _ask(cases, model, options)
+        with Connection.open(options["port"], baud=options["baud"], address=options["address"]) as connection:
+            model = _model(connection)
+            _ask(cases, model, options)
 
-        def open_player(case: Case) -> Player:
-            return real_player(connection, case, time.monotonic, options["host_address"])
+            def open_player(case: Case) -> Player:
+                return real_player(connection, case, time.monotonic, options["host_address"])
 
-        yield from run_real(cases, open_player, model, kind_of(connection.line))
-        connection.close()
+            yield from run_real(cases, open_player, model, kind_of(connection.line))
     except HostError as error:
         raise CliError(str(error)) from None
 
 
 def _model(connection: Connection) -> int:
     """The type of a module, by its version."""
-    version = connection.version()
-    model = int(version[:3]) if version[:3].isdecimal() else 0
+    from tmcm34x.host.settings import identify
+
+    model, version = connection.run(identify())
     if model not in MODELS:
         raise CliError(f"the module is a {version}, not a TMCM-341, 342 or 343")
     return model

@@ -18,7 +18,7 @@ from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_KEYS
 from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
 
-CONTROLS: Final = {row.title.replace(" ", "_"): row.number for row in CONTROL_FUNCTIONS}
+CONTROLS: Final = {row.title.replace(" ", "_").lower(): row.number for row in CONTROL_FUNCTIONS}
 """Numbers of control functions by title: `stop_application`, `get_firmware_version`."""
 _TABLES: Final = {"axis_parameter": AXIS_KEYS, "global_parameter": GLOBAL_KEYS}
 

@@ -25,11 +25,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from typing import Final
 
 from tmcm34x.tmcl.commands import BY_NUMBER
 from tmcm34x.tmcl.datagram import Instruction, Reply
 from tmcm34x.tmcl.mnemonic import format_instruction
 from tmcm34x.tmcl.status import STATUS_TEXTS, Status
+
+LEAVE_DOWNLOAD: Final = (
+    "`tmcm34x stop` (command 133) ends that, also where another host is just loading a program"
+)
+"""What a person can do about a module in download mode."""
 
 
 class HostError(Exception):
@@ -89,7 +95,7 @@ class DownloadModeError(RefusedError):
         super().__init__(instruction, reply)
         self.args = (
             f"{named(instruction)}: the module is in download mode and stores commands instead of "
-            "executing them; `tmcm34x stop` or command 133 ends that",
+            f"executing them; {LEAVE_DOWNLOAD}",
         )
 
 
@@ -142,7 +148,7 @@ def named(instruction: Instruction) -> str:
 
 @contextmanager
 def unfinished(
-    what: Callable[[], str], errors: tuple[type[HostError], ...] = (ReplyError, LinkError)
+    what: Callable[[], str], errors: tuple[type[HostError], ...] = (ReplyError, LinkError, DownloadModeError)
 ) -> Generator[None]:
     """Have the error that ends an operation in the middle say what was done until then, and what was not."""
     try:
@@ -156,6 +162,7 @@ def unfinished(
 _ADVICE = {
     Status.WRONG_CHECKSUM: "the module receives damaged telegrams; check wiring, termination and bit rate",
     Status.EEPROM_LOCKED: "unlock it with SGP 73, 0, 4321",
+    Status.LOADED: f"the module is in download mode and has not executed it; {LEAVE_DOWNLOAD}",
 }
 
 

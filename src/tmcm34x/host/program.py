@@ -37,6 +37,7 @@ from tmcm34x.host.steps import (
     ask,
     ask_again,
     check,
+    executing,
     insist,
     value,
 )
@@ -319,9 +320,11 @@ def is_empty() -> Steps[bool]:
 
 def _why_refused(instruction: Instruction, reply: Reply, bit: int, what: str) -> Steps[HostError]:
     """Why the memory is not available: protection, or download mode."""
-    protection = yield from ask(Instruction(_GGP, _PROTECTION))
-    if protection.status == Status.LOADED:
+    try:
+        yield from executing()
+    except DownloadModeError:
         return DownloadModeError(instruction, reply)
+    protection = yield from ask(Instruction(_GGP, _PROTECTION))
     if protection.status == Status.OK and protection.value & bit:
         return ProtectedError(instruction, reply, what)
     return RefusedError(instruction, reply)

@@ -86,6 +86,8 @@ class Conversation:
         self._addresses: tuple[int, ...] = ()
         self._request: object = None
         self._probe: bytes = b""
+        self._probing: object = None
+        """What the telegrams of the probe are owed as."""
         self._left = 0
         self._doubts = 0
         self._late = False
@@ -185,7 +187,7 @@ class Conversation:
             self._left -= 1
             self.counts.retried += 1
             if self._probe:
-                self._owed.append(_Sent(self._request, self._probe[1]))
+                self._owed.append(_Sent(self._probing, self._probe[1]))
                 return self._probe
             if self._instruction.number in OWN_FORMS:
                 self._origin = len(self._buffer)
@@ -322,7 +324,8 @@ class Conversation:
         if any(sent.number == number for sent in self._unanswered):
             number = GIO
         self._probe = pack_request(address, Instruction(number, int(number == VERSION)))
-        self._owed.append(_Sent(self._request, number))
+        self._probing = object()
+        self._owed.append(_Sent(self._probing, number))
         self.counts.sent += 1
         return self._probe
 
@@ -333,7 +336,7 @@ class Conversation:
             self._take_event(window)
         elif window[3] == self._probe[1]:
             self._skip()
-            self._owed.clear()
+            self._forget_before(self._probing)
             self._probe = b""
             self._buffer.clear()
             self._start = 0
@@ -344,6 +347,11 @@ class Conversation:
             self.counts.late += 1
             self._late = True
         return None
+
+    def _forget_before(self, request: object) -> None:
+        """The first telegram of a request is answered: nothing sent before it will be any more."""
+        while self._owed and self._owed.popleft().request is not request:
+            pass
 
     # Failing
 

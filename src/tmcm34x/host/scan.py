@@ -12,11 +12,11 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from typing import Final, NamedTuple
 
 from tmcm34x.host.connection import Connection
-from tmcm34x.host.exceptions import LinkError, ReplyError
+from tmcm34x.host.exceptions import DownloadModeError, LinkError, ReplyError
 from tmcm34x.host.line import open_line
 from tmcm34x.host.program import silent
 from tmcm34x.host.reading import Value
-from tmcm34x.host.steps import NUMBERS, VERSION, Follow, reading
+from tmcm34x.host.steps import NUMBERS, VERSION, Follow, executing, reading
 from tmcm34x.host.url import ANY, Url, parse_url
 from tmcm34x.tmcl.datagram import SIZE, Instruction
 from tmcm34x.tmcl.global_parameters import BAUD_RATES, BY_KEY, CAN_BIT_RATES
@@ -229,5 +229,9 @@ def _reply_named(connection: Connection, url: Url) -> Url:
     if url.options.get("reply") != ANY:
         return url
     connection.timeout_s = PATIENCE_S
-    found = connection.run(reading(_REPLY_ID))
+    try:
+        connection.run(executing())  # In download mode it would store the question.
+        found = connection.run(reading(_REPLY_ID))
+    except (DownloadModeError, ReplyError):
+        return url
     return url.replaced(reply=found.value) if isinstance(found, Value) else url

@@ -15,15 +15,29 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final, NamedTuple, cast
 
 from tmcm34x.host import commands
-from tmcm34x.host.exceptions import FileError, HostError, RefusedError, unfinished
+from tmcm34x.host.exceptions import DownloadModeError, FileError, HostError, RefusedError, unfinished
 from tmcm34x.host.items import COMMUNICATION, GUARDED, MODELS, Item, settings_items
 from tmcm34x.host.reading import Reading, Silent, Value
-from tmcm34x.host.steps import VERSION, Steps, ask, ask_again, check, insist, reading, settle
+from tmcm34x.host.steps import (
+    NUMBERS,
+    VERSION,
+    Steps,
+    ask,
+    ask_again,
+    check,
+    executing,
+    insist,
+    reading,
+    settle,
+    value,
+)  # fmt: skip
 from tmcm34x.host.toml import Document, table
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
 from tmcm34x.tmcl.commands import MOTORS
-from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.datagram import Instruction, Reply
 from tmcm34x.tmcl.mnemonic import format_instruction
+from tmcm34x.tmcl.numbers import GP
+from tmcm34x.tmcl.status import Status
 
 Readings = Mapping[Item, Reading]
 Progress = Callable[[int, int], None]
@@ -64,10 +78,15 @@ class Failure(NamedTuple):
 # The module
 
 
-def identify() -> Steps[tuple[int, str]]:
-    """Type and version of the module."""
+def identify(*, in_download_mode: bool = False) -> Steps[tuple[int, str]]:
+    """Type and version of the module.  Raises `DownloadModeError` where it stores commands instead of executing them.
+
+    in_download_mode: be content with that
+    """
     instruction = Instruction(VERSION)
     text = check(instruction, (yield from ask(instruction))).text
+    if not in_download_mode:
+        yield from executing()
     return (int(text[:3]) if text[:3].isdecimal() else 0), text
 
 
@@ -96,9 +115,13 @@ def apply(values: Mapping[Item, int], progress: Progress = _silent) -> Steps[lis
 def store(items: Iterable[Item], progress: Progress = _silent) -> Steps[list[Failure]]:
     """Copy the values in use to the EEPROM, each command sent until it is acknowledged.
 
-    Raises `ReplyError` or `LinkError`, which say how many values are stored.
+    Raises `ReplyError` or `LinkError`, which say how many values are stored, and `RefusedError` where the EEPROM is
+    locked.
     """
     chosen = {item.store: item for item in items if item.store is not None}
+    if chosen and (yield from value(_READ_LOCK)) == 1:
+        command = next(iter(chosen))
+        raise RefusedError(command, Reply(0, 0, Status.EEPROM_LOCKED, command.number))
     steps = {item: insist(command) for command, item in chosen.items()}
     return (yield from _each(steps, "stored", progress))
 
@@ -118,6 +141,9 @@ def keep(
             yield from insist(commands.keep(action, bank, number, motor), _ATTEMPTS)
 
 
+_READ_LOCK: Final = Instruction(NUMBERS["GGP"], GP.EEPROM_LOCK)
+
+
 def _each(items: Mapping[Item, Steps[object]], what: str, progress: Progress) -> Steps[list[Failure]]:
     """Do the steps of all items; returns what the module refused."""
     failures: list[Failure] = []
@@ -126,6 +152,8 @@ def _each(items: Mapping[Item, Steps[object]], what: str, progress: Progress) ->
         for item, steps in items.items():
             try:
                 yield from steps
+            except DownloadModeError:
+                raise
             except RefusedError as error:
                 failures.append(Failure(item, str(error)))
             done += 1
@@ -274,10 +302,10 @@ def values_of(document: Document, items: Iterable[Item], inner: str, skipped: li
     values: dict[Item, int] = {}
     for name, keys in _by_table(items).items():
         path = f"{name}.{inner}" if inner else name
-        for key, value in document.table(path).items():
+        for key, cell in document.table(path).items():
             if key in keys:
-                values |= _value(document, f"{path}.{key}", keys[key], value)
-            elif key == "stored" and not inner and isinstance(value, dict):
+                values |= _value(document, f"{path}.{key}", keys[key], cell)
+            elif key == "stored" and not inner and isinstance(cell, dict):
                 continue
             elif _elsewhere(name, key):
                 skipped.append(f"{path}.{key}")

@@ -91,6 +91,7 @@ RESET: Final = CONTROL.RESET_APPLICATION
 START_DOWNLOAD: Final = CONTROL.START_DOWNLOAD
 QUIT_DOWNLOAD: Final = CONTROL.QUIT_DOWNLOAD
 READ_MEMORY: Final = CONTROL.READ_PROGRAM_MEMORY
+GET_STATUS: Final = CONTROL.GET_APPLICATION_STATUS
 VERSION: Final = CONTROL.GET_FIRMWARE_VERSION
 FACTORY_RESET: Final = CONTROL.RESTORE_FACTORY_SETTINGS
 REQUEST_EVENT: Final = CONTROL.REQUEST_TARGET_REACHED
@@ -143,12 +144,29 @@ def check(instruction: Instruction, answer: Answer) -> Answer:
     raise RefusedError(instruction, answer.reply)
 
 
-_NEVER_UNAVAILABLE: Final = frozenset({STOP, RESET, 135, VERSION})
+_NEVER_UNAVAILABLE: Final = frozenset({STOP, RUN, STEP, RESET, GET_STATUS, VERSION})
 """Control functions that a module refuses with status 6 only in download mode."""
 
 
+def executing() -> Steps[None]:
+    """Make sure that the module executes commands.  Raises `DownloadModeError` where it stores them.
+
+    Asks for the state of the program, which is refused in download mode and not stored: whatever looks at a module
+    begins with this, so that it does not overwrite the program (fidelity PROG-15).  No reply says nothing.
+    """
+    instruction = Instruction(GET_STATUS)
+    try:
+        answer = yield from ask(instruction)
+    except ReplyError:
+        return
+    if answer.status in {Status.LOADED, Status.NOT_AVAILABLE}:
+        raise DownloadModeError(instruction, answer.reply)
+
+
 def reading(instruction: Instruction, ask: Callable[[Instruction], Steps[Answer]] = ask) -> Steps[Reading]:
-    """The value, or why there is none, for tables.  Raises `LinkError` where the line is gone.
+    """The value, or why there is none, for tables.
+
+    Raises `LinkError` where the line is gone, `DownloadModeError` where the module has stored the command.
 
     ask: `ask`, or `ask_again`
     """
@@ -156,6 +174,8 @@ def reading(instruction: Instruction, ask: Callable[[Instruction], Steps[Answer]
         answer = yield from ask(instruction)
     except ReplyError as error:
         return Silent(str(error))
+    if answer.status == Status.LOADED:
+        raise DownloadModeError(instruction, answer.reply)
     return Value(answer.value) if answer.status == _OK else Refused(answer.status)
 
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Final, NamedTuple
 
+from tmcm34x.host.exceptions import DownloadModeError
 from tmcm34x.host.reading import Absent, Reading, Refused, Silent, Value
-from tmcm34x.host.steps import NUMBERS, SEARCHES, Steps, reading
+from tmcm34x.host.steps import NUMBERS, SEARCHES, Steps, executing, reading
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_KEYS
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import Instruction
@@ -25,7 +26,7 @@ _AXIS: Final = (
     "stall_threshold", "freewheeling", "group_index", "max_encoder_deviation", "encoder_position",
 )  # fmt: skip
 _DRIVER: Final = ("driver_error_flags", "load_value")
-_GLOBAL: Final = ("shutdown_pin", "application_status", "download_mode", "eeprom_lock")
+_GLOBAL: Final = ("shutdown_pin", "application_status", "eeprom_lock")
 _VELOCITY_MODE: Final = 2
 
 
@@ -59,8 +60,15 @@ class Facts:
 
 
 def read(motor: int, model: int, *, drivers: bool = False) -> Steps[Facts]:
-    """Ask the module; `drivers` also for what makes it exchange datagrams with its motor drivers."""
+    """Ask the module; `drivers` also for what makes it exchange datagrams with its motor drivers.
+
+    In download mode it is asked nothing else, because it would store the questions.
+    """
     readings: dict[str, Reading] = {}
+    try:
+        yield from executing()
+    except DownloadModeError:
+        return Facts(motor, {"download_mode": Value(1)})
     for key in (*_AXIS, *(_DRIVER if drivers else ())):
         row = AXIS_KEYS[key]
         if model in row.models:
@@ -100,7 +108,7 @@ def _downloading(facts: Facts) -> Iterator[Reason]:
     if facts["download_mode"]:
         yield Reason(
             "The module stores commands instead of executing them",
-            "global parameter 129 is 1",
+            "the status of control function 135",
             "`tmcm34x stop` ends download mode.",
         )
 

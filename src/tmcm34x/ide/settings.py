@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from tmcm34x.host import settings
 from tmcm34x.host.exceptions import FileError, HostError
 from tmcm34x.host.items import settings_items
+from tmcm34x.host.steps import executing
 from tmcm34x.ide import wire
 from tmcm34x.ide.chosen import text_of
 from tmcm34x.ide.driving import run
@@ -18,13 +19,20 @@ if TYPE_CHECKING:
 
 
 async def export_settings(target: Target, tell: Tell, form: Literal["tmcl", "toml"]) -> str:
-    """All stored settings as text; `tell` takes a message where some could not be read."""
+    """All stored settings as text; `tell` takes a message where some could not be read.
+
+    Raises `wire.RefusalError` where the module stores the questions instead of answering them.
+    """
     model = target.model
 
     def progress(done: int, total: int) -> None:
         tell(wire.Progress("Reading settings", done, total))
 
-    readings = await run(target.ask, settings.read(settings_items(model.number), progress))
+    try:
+        await run(target.ask, executing())
+        readings = await run(target.ask, settings.read(settings_items(model.number), progress))
+    except HostError as error:
+        raise wire.RefusalError("module", f"The settings cannot be read: {error}.") from error
     missing = settings.missing(readings)
     if missing:
         text = f"The export is not complete: {len(missing)} settings could not be read: {missing[0]}"
@@ -54,6 +62,7 @@ async def import_settings(
         tell(wire.Progress("Importing", done, total))
 
     try:
+        await run(exchange, executing())
         failures = await run(exchange, settings.apply(found.values, progress))
     except HostError as error:
         raise wire.RefusalError("module", f"The import is not complete: {error}.") from error

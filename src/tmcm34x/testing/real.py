@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from tmcm34x.host import Connection, HostError, RefusedError
+from tmcm34x.host.settings import identify
 from tmcm34x.host.url import parse_url
 from tmcm34x.testing.base import ModuleUnderTest, NotOnRealModuleError
 from tmcm34x.tmcl.datagram import Instruction
@@ -38,8 +39,7 @@ class RealModule(ModuleUnderTest):
         self._url = parse_url(port)
         self._start_s = time.monotonic()
         with self._open() as connection:
-            version = connection.version()
-        self.model = int(version[:3]) if version[:3].isdecimal() else 0
+            self.model, _ = connection.run(identify())
 
     def _open(self) -> Connection:
         return Connection.open(self._where, baud=self._baud, address=self._address)

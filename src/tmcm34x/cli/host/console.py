@@ -36,8 +36,15 @@ def command(url: str | None, yes: bool) -> int:
 
     Before the first command that moves a motor or writes the EEPROM of a module that may be real, it asks once.
     """
+    from tmcm34x.host.exceptions import DownloadModeError
+    from tmcm34x.host.steps import executing
+
     with opened(url) as connection:
         click.echo(f"{connection.version()} at {connection.line.name}; help tells what can be typed")
+        try:
+            connection.run(executing())
+        except DownloadModeError as error:
+            click.echo(str(error), err=True)
         console = Console(connection, yes)
         with _line_editing():
             for line in _lines():

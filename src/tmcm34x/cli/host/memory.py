@@ -55,7 +55,7 @@ def download(
     from tmcm34x.host.settings import identify
 
     with opened(url) as connection:
-        model, _ = connection.run(identify())
+        model, _ = connection.run(identify(in_download_mode=True))
         instructions = read_program(file, include_path, append_stop=append_stop, model=model)
         if dry_run:
             return _show_differing(connection, instructions)
@@ -95,8 +95,10 @@ def _what(connection: Connection, size: int, run: bool) -> str:
     """What a download does, with the program that is running now."""
     from tmcm34x.host import program
     from tmcm34x.host.exceptions import DownloadModeError
+    from tmcm34x.host.steps import executing
 
     try:
+        connection.run(executing())
         running = connection.run(program.state()).status == 1
     except DownloadModeError:
         running = False

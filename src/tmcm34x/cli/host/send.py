@@ -50,7 +50,8 @@ def command(
     """Send each COMMAND and show the reply; without one, the lines of standard input.
 
     Names of parameters stand for their numbers. After a refusal the other commands are still sent, and the exit status
-    is 4; without a reply it is 3 and the rest is not sent.
+    is 4; without a reply it is 3 and the rest is not sent. A module found in download mode stores a command instead of
+    executing it: the rest is not sent, and the exit status is 4; `tmcm34x stop` ends download mode.
     """
     instructions = _parse(lines or _lines(file))
     with opened(url) as connection:
@@ -98,21 +99,35 @@ def _ask(connection: Connection, instructions: Sequence[Instruction], yes: bool)
 def _send_all(
     connection: Connection, instructions: Sequence[Instruction], as_hex: bool, as_json: bool
 ) -> tuple[list[dict[str, Any]], HostError | None]:
-    """What each command gave, up to the first without a reply, and why there was none."""
-    from tmcm34x.host.exceptions import HostError
+    """What each command gave, up to the first without a reply or to a module found in download mode, and why."""
+    from tmcm34x.host.exceptions import DownloadModeError, HostError
 
     results: list[dict[str, Any]] = []
+    loading = False
     for instruction in instructions:
         result = _row(connection, instruction)
         results.append(result)
         try:
-            result |= _send(connection, instruction)
+            result |= _send(connection, instruction, loading)
         except HostError as error:
-            result |= {"exit": NO_REPLY, "error": str(error)}
+            left = len(instructions) - len(results)
+            error.args = (f"{error}{f'; {left} more not sent' if left else ''}",)
+            result |= {
+                "exit": REFUSED if isinstance(error, DownloadModeError) else NO_REPLY,
+                "error": str(error),
+            }
             return results, error
+        loading = _loads(instruction, loading)
         if not as_json:
             _show(result, as_hex)
     return results, None
+
+
+def _loads(instruction: Instruction, loading: bool) -> bool:
+    """Whether the module stores commands because this very host has asked it to."""
+    from tmcm34x.host.steps import QUIT_DOWNLOAD, START_DOWNLOAD
+
+    return {START_DOWNLOAD: True, QUIT_DOWNLOAD: False}.get(instruction.number, loading)
 
 
 def _row(connection: Connection, instruction: Instruction) -> dict[str, Any]:
@@ -125,20 +140,25 @@ def _row(connection: Connection, instruction: Instruction) -> dict[str, Any]:
     return {"command": text, "sent": sent, "received": None, "status": None, "value": None}
 
 
-def _send(connection: Connection, instruction: Instruction) -> dict[str, Any]:
-    """What a command gave.  Raises `HostError` without a reply."""
+def _send(connection: Connection, instruction: Instruction, loading: bool) -> dict[str, Any]:
+    """What a command gave.  Raises `HostError` without a reply, and where it was stored and was not meant to be."""
+    from tmcm34x.host.exceptions import DownloadModeError
     from tmcm34x.host.steps import FACTORY_RESET
+    from tmcm34x.tmcl.status import Status
 
     if instruction.number == FACTORY_RESET:
         connection.send(instruction)
         return {"text": "sent; this command is never replied to", "exit": 0}
     answer = connection.ask(instruction)
+    stored = answer.status == Status.LOADED
+    if stored and not loading:
+        raise DownloadModeError(instruction, answer.reply)
     return {
         "received": answer.telegram.hex(" "),
         "status": answer.status,
         "value": answer.value,
-        "text": reply_text(instruction, answer),
-        "exit": 0 if answer.status == 100 else REFUSED,
+        "text": "stored" if stored else reply_text(instruction, answer),
+        "exit": 0 if answer.status == Status.OK or stored else REFUSED,
     }
 
 

@@ -158,6 +158,14 @@ def _parse(connection: Connection, file: Path, other_model: bool) -> Settings:
 
 
 def _report(failures: Sequence[Failure]) -> int:
+    """Say what the module has refused; a reason that many values share is said once."""
+    by_reason: dict[str, list[Failure]] = {}
     for failure in failures:
-        click.echo(f"{failure.item.path}: {failure.why}", err=True)
+        by_reason.setdefault(failure.why.partition(": ")[2], []).append(failure)
+    for reason, alike in by_reason.items():
+        first = alike[0]
+        if len(alike) == 1:
+            click.echo(f"{first.item.path}: {first.why}", err=True)
+        else:
+            click.echo(f"{first.item.path} and {len(alike) - 1} more: {reason}", err=True)
     return REFUSED if failures else 0

@@ -27,7 +27,7 @@ def command(motor: int | None, drivers: bool, url: str | None, as_json: bool) ->
     shown: dict[int, tuple[why.Facts, list[why.Reason]]] = {}
     missing: list[str] = []
     with opened(url) as connection:
-        model, _ = connection.run(settings.identify())
+        model, _ = connection.run(settings.identify(in_download_mode=True))
         for each in range(MOTORS) if motor is None else (motor,):
             facts = connection.run(why.read(each, model, drivers=drivers))
             shown[each] = facts, why.reasons(facts)

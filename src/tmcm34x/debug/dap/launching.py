@@ -17,7 +17,7 @@ from tmcm34x.debug.sessions.bench import BenchSession, Pacing
 from tmcm34x.debug.sessions.remote import RemoteSession
 from tmcm34x.firmware.module import INSTRUCTION_CLOCKS
 from tmcm34x.host import Connection, HostError
-from tmcm34x.host import Module as HostModule
+from tmcm34x.host.settings import identify
 from tmcm34x.toolchain.assembler import Assembly
 from tmcm34x.toolchain.diagnostics import Location, render
 
@@ -97,7 +97,7 @@ class Launcher:
             port, baud=arguments.baud, address=arguments.address, timeout=arguments.timeout
         )
         try:
-            version = HostModule(connection).version
+            _, version = connection.run(identify())
             session = RemoteSession(connection, self._listener)
         except HostError:
             connection.close()
