@@ -9,6 +9,9 @@ from playwright.sync_api import Page, expect
 from debug.debuggees import CRASH, CULPRIT, PLANTED
 from ide.page.driver import OpenIde, until
 
+MOVE = 9
+"""The line of the program that moves to the coordinate."""
+
 
 def strip(page: Page):
     """What says that a past moment is shown."""
@@ -19,9 +22,9 @@ def executed(page: Page):
     return page.locator(".cm-line.execution")
 
 
-def crashed(open_ide: OpenIde, tmp_path) -> Page:
+def crashed(open_ide: OpenIde, tmp_path, source: str = PLANTED) -> Page:
     """The program with the planted bug, held where it has crashed."""
-    (tmp_path / "program.tmc").write_text(PLANTED)
+    (tmp_path / "program.tmc").write_text(source)
     page, _ = open_ide()
     page.get_by_role("combobox", name="Speed of time").select_option("10")
     page.locator(".breakpoints .cm-gutterElement").nth(CRASH).click()
@@ -64,6 +67,40 @@ def test_variables_and_watches_have_a_button_that_asks_who_wrote_them(open_ide: 
 def _seconds(page: Page) -> float:
     """The moment beside the scrubber; time may have gone on for more than ten seconds meanwhile."""
     return float(page.locator(".scrubber output").inner_text().removesuffix(" s").replace("\u2009", ""))
+
+
+def ask(page: Page, of: str, value: str) -> None:
+    """Ask by the menu of a row, and see that the past is shown and what was found said."""
+    page.get_by_role("button", name=f"Who wrote {of}?", exact=True).click()
+    page.get_by_role("menuitem", name=value, exact=True).click()
+    expect(strip(page)).to_contain_text("PAST")
+    expect(page.locator(".notices")).to_contain_text(f"{value}:")
+
+
+def back(page: Page) -> None:
+    """Back to the present, and the program's place in it is shown."""
+    page.get_by_role("button", name="Back to the present").click()
+    expect(strip(page)).to_have_count(0)
+    expect(executed(page)).to_contain_text("Crash:")
+
+
+def test_rows_of_parameters_coordinates_inputs_and_outputs_ask_who_wrote_them(
+    open_ide: OpenIde, tmp_path
+) -> None:
+    page = crashed(open_ide, tmp_path, PLANTED.replace("SGP   3, 2, 0", "SIO   2, 2, 1"))
+    page.get_by_role("tab", name=re.compile("^Bench")).click()
+    ask(page, "an output", "out[2]")
+    expect(executed(page)).to_contain_text("SIO   2, 2, 1")
+    back(page)
+    page.get_by_role("button", name="Parameters", exact=True).click()
+    ask(page, "target (next) position", "ap[0][0]")
+    expect(page.locator(".notices")).to_contain_text(f"line {MOVE}: MVP COORD, 0, 5")
+    expect(executed(page)).to_contain_text("MVP   COORD, 0, 5")
+    back(page)
+    page.get_by_role("button", name="Parameters", exact=True).click()
+    page.get_by_role("radio", name="Coordinates").click()
+    ask(page, "coordinate 5", "co[5][0]")
+    expect(page.locator(".notices")).to_contain_text(f"line {CULPRIT}: SCO 5, 0, 900 (200 → 900)")
 
 
 def test_the_scrubber_shows_past_moments_and_a_branch_begins_there(open_ide: OpenIde, tmp_path) -> None:

@@ -20,6 +20,7 @@ import { NumberField } from "../widgets/fields";
 import { Icon } from "../widgets/icons";
 import { remembered } from "../logic/settings";
 import { grouped, short } from "../logic/units";
+import { WhoWroteOf } from "./past";
 
 const set = (what: SetBench["what"], index: number, value: number, fault = "") =>
     ask({ call: "set_bench", what, index, value, fault });
@@ -35,6 +36,7 @@ export const SPEEDS = [
     [0, "max"],
 ] as const;
 
+const LINES = [0, 1, 2, 3, 4, 5, 6, 7];
 const askedSpeed = computed(() => time.value.asked);
 
 export function TimeControls() {
@@ -245,9 +247,10 @@ export function Bench() {
             <section class="lines">
                 <h4>
                     Inputs <span class="muted">each is digital and analogue at once</span>
+                    <WhoWroteOf of="an input" values={LINES.map(n => `in[${n}]`)} />
                 </h4>
                 <div class="inputs">
-                    {[0, 1, 2, 3, 4, 5, 6, 7].map(n => (
+                    {LINES.map(n => (
                         <div class="input" key={n}>
                             {world.value?.inputs.includes(n) ? (
                                 <IconButton
@@ -285,9 +288,11 @@ export function Bench() {
                         </div>
                     ))}
                 </div>
-                <h4>Outputs</h4>
+                <h4>
+                    Outputs <WhoWroteOf of="an output" values={LINES.map(n => `out[${n}]`)} />
+                </h4>
                 <div class="outputs">
-                    {[0, 1, 2, 3, 4, 5, 6, 7].map(n => (
+                    {LINES.map(n => (
                         <span class="output" key={n} title={`Output ${n}`}>
                             <Lamp on={((state.outputs >> n) & 1) === 1} label={`output ${n}`} /> {n}
                         </span>

@@ -11,6 +11,7 @@ import type { Parameter } from "../wire";
 import { EepromView } from "./parameters/eeprom";
 import { Cell, KeepRow, Range, What, allStored, changed, keep } from "./parameters/rows";
 import { Coordinates, Variables } from "./parameters/stored";
+import { WhoWrote, WhoWroteOf } from "./past";
 import { want } from "./program";
 
 const filter = signal("");
@@ -82,7 +83,10 @@ function AxisTable() {
                             <Cell key={motor} row={row} motor={motor} value={axisValue(row, motor)} />
                         ))}
                         <Range row={row} />
-                        <td class="acts">{row.access.includes("E") && <KeepRow row={row} />}</td>
+                        <td class="acts">
+                            {row.access.includes("E") && <KeepRow row={row} />}
+                            <WhoWroteOf of={row.name} values={[0, 1, 2].map(motor => `ap[${row.number}][${motor}]`)} />
+                        </td>
                     </tr>
                 )}
             </Groups>
@@ -103,15 +107,19 @@ function GlobalTable() {
                     <th>parameter</th>
                     <th>value</th>
                     <th>range (default)</th>
+                    <th />
                 </tr>
             </thead>
-            <Groups titles={tables.value.global_groups} rows={rows} columns={4}>
+            <Groups titles={tables.value.global_groups} rows={rows} columns={5}>
                 {row => (
                     <tr key={row.number} data-parameter={keyOf(row.bank, row.number)}>
                         <td class="no">{row.number}</td>
                         <What row={row} />
                         <Cell row={row} motor={0} value={globalValue(row)} />
                         <Range row={row} />
+                        <td class="acts">
+                            <WhoWrote value={`gp[${row.number}][0]`} />
+                        </td>
                     </tr>
                 )}
             </Groups>

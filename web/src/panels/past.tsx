@@ -1,7 +1,7 @@
 // What says that a past moment is shown, with the ways out; how much memory the history has.
 import { can, online, running, shownSeconds } from "../logic/app";
 import { branch, end, goOn, hertz, history, leave, past, whoWrote } from "../logic/past";
-import { IconButton } from "../widgets/basics";
+import { IconButton, Menu } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
 
 export function PastStrip() {
@@ -39,6 +39,26 @@ export function WhoWrote({ value }: { value: string }) {
             disabled={!online.value || running.value}
             onClick={() => void whoWrote(value)}
         />
+    );
+}
+
+/** The same for several values of one row; `of` says what they are. */
+export function WhoWroteOf({ of, values }: { of: string; values: readonly string[] }) {
+    if (!can.value.history) return null;
+    return (
+        <Menu icon="undo" label={`Who wrote ${of}?`}>
+            {values.map(value => (
+                <button
+                    key={value}
+                    role="menuitem"
+                    disabled={!online.value || running.value}
+                    title="Shows the moment before the last write; the program must be held"
+                    onClick={() => void whoWrote(value)}
+                >
+                    {value}
+                </button>
+            ))}
+        </Menu>
     );
 }
 

@@ -3,6 +3,7 @@ import { ask, axisParameter, online, send, tables } from "../../logic/app";
 import { notReady, ready } from "../../logic/authority";
 import { COORDINATE_BANK, globalValue, keyOf, parameters, refresh, touched } from "../../logic/parameters";
 import { NumberField } from "../../widgets/fields";
+import { WhoWrote, WhoWroteOf } from "../past";
 import { want } from "../program";
 import { IconButton } from "../../widgets/basics";
 
@@ -36,6 +37,7 @@ export function Variables() {
                         label={`Restore variable ${row.number}`}
                         onClick={() => void send("RSGP", row.number, 2).then(refresh)}
                     />
+                    <WhoWrote value={`gp[${row.number}]`} />
                 </div>
             ))}
         </div>
@@ -98,6 +100,10 @@ export function Coordinates() {
                             >
                                 go
                             </button>
+                            <WhoWroteOf
+                                of={`coordinate ${number}`}
+                                values={[0, 1, 2].map(motor => `co[${number}][${motor}]`)}
+                            />
                         </td>
                     </tr>
                 ))}
