@@ -2,6 +2,10 @@
 
 import os
 import signal
+import subprocess
+import sys
+
+import pytest
 
 from tmcm34x.sweep import runner
 from tmcm34x.sweep.description import parse
@@ -59,3 +63,13 @@ def test_a_lost_process_fails_its_row_alone():
     assert [found[number].figures for number in range(8) if number != 3] == [
         row for number, row in enumerate(planned) if number != 3
     ]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are masked on POSIX systems")
+def test_an_interrupt_from_the_keyboard_does_not_reach_a_process_that_starts() -> None:
+    """A terminal sends it to all processes, and one that is starting would end with a traceback."""
+    asks = "import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))"
+    with runner.held_back():
+        held = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True)
+    free = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True)
+    assert (held.stdout, free.stdout) == ("True\n", "False\n")

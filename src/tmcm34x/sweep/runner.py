@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
+import sys
 from collections.abc import Generator, Iterable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -37,7 +38,8 @@ def _pool(job: Job, processes: int) -> Generator[work.Submit]:
 
     def submit(rows: list[Row]) -> Future[list[Result]]:
         try:
-            return pool.submit(_do, rows)
+            with held_back():
+                return pool.submit(_do, rows)
         except BrokenProcessPool as error:
             return _failed(error)
 
@@ -45,6 +47,19 @@ def _pool(job: Job, processes: int) -> Generator[work.Submit]:
         yield submit
     finally:
         _end(pool)
+
+
+@contextmanager
+def held_back() -> Generator[None]:
+    """Hold interrupts back, also from processes that start: before `_begin` one would end them with a traceback."""
+    if sys.platform == "win32":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _failed(error: Exception) -> Future[list[Result]]:
