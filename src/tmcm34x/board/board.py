@@ -105,6 +105,16 @@ class Board:
                 motors |= (chip.changed >> smda & 1) << motor
         return motors
 
+    def stays_within(self, motor: int, low: int, high: int) -> int:
+        """The clock until which X_ACTUAL certainly stays within low..high, where it is, if no event comes before."""
+        chip, smda = self.model.wiring[motor]
+        return self.chips[chip].stays_within(smda, low, high)
+
+    def position_at(self, motor: int, when: int) -> int:
+        """X_ACTUAL of a motor at a clock before the next event."""
+        chip, smda = self.model.wiring[motor]
+        return self.chips[chip].position_at(smda, when)
+
     def reset(self) -> None:
         """Power-on: chips in their initial state, outputs low, drivers on without current."""
         for chip in self.chips:

@@ -63,6 +63,14 @@ class Circuit(Protocol):
         """
         ...
 
+    def stays_within(self, motor: int, low: int, high: int) -> int:
+        """The clock until which a motor's X_ACTUAL certainly stays within low..high; `now` where that is not known."""
+        ...
+
+    def position_at(self, motor: int, when: int) -> int:
+        """A motor's X_ACTUAL at a clock before that which `stays_within` gave, and before `next_event`."""
+        ...
+
     # Chips
 
     def reset(self) -> None:

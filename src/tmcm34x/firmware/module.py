@@ -173,6 +173,8 @@ class FirmwareModule(ModuleState):
     def advance(self, now: int) -> None:
         """Bring the module to clock `now`."""
         circuit = self.circuit
+        if self.program.state:
+            self.program.foresee(now)
         disturbed = circuit.next_event() <= now
         circuit.advance(now)
         self.now = now

@@ -29,9 +29,21 @@ Source: TMC429 datasheet 8.1; model: docs/fidelity/chips.md CHIP-1 to CHIP-8.
 
 from tmcm34x.chips.ramp.axis import RampAxis
 from tmcm34x.chips.ramp.law import brake_factor
-from tmcm34x.chips.ramp.state import HOLD, LAST, RAMP, SOFT, TURN, VELOCITY, RampState, signed24, v_actual
+from tmcm34x.chips.ramp.state import (
+    HALF_TURN,
+    HOLD,
+    LAST,
+    RAMP,
+    SOFT,
+    TURN,
+    VELOCITY,
+    RampState,
+    signed24,
+    v_actual,
+)
 
 __all__ = [
+    "HALF_TURN",
     "HOLD",
     "LAST",
     "RAMP",

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
-from tmcm34x.chips.ramp import LAST, TURN, v_actual
+from tmcm34x.chips.ramp import HALF_TURN, LAST, TURN, v_actual
 from tmcm34x.chips.registers import BY_INDEX, COMMON, DATA, RAM, READ
 from tmcm34x.chips.tmc429 import bus, chain, interrupts, switches
 from tmcm34x.chips.tmc429.chain import Coils
@@ -280,11 +280,30 @@ class Tmc429(Core):
         """
         if self.asleep != NEVER:
             return NEVER
-        axis, tick = self.axes[motor], self.tick()
-        mark = axis.next_mark(tick, [position], [position])
+        axis = self.axes[motor]
+        mark = self._foreseen(motor, [position], [position])
         if mark == LAST or axis.at(mark).x != position or axis.at(mark - 1).x == position:
             return NEVER
         return self.origin + (mark << 5)
+
+    def stays_within(self, motor: int, low: int, high: int) -> int:
+        """The clock until which X_ACTUAL certainly stays within low..high, where it is, if no event comes before."""
+        if self.asleep != NEVER:
+            return self.now
+        mark = self._foreseen(motor, [high + 1, -HALF_TURN], [low - 1, HALF_TURN - 1])
+        return NEVER if mark == LAST else self.origin + (mark << 5)
+
+    def position_at(self, motor: int, when: int) -> int:
+        """X_ACTUAL at a clock before the next event, as the registers and inputs are now."""
+        return self.axes[motor].position(min(when, self.asleep) - self.origin >> 5)
+
+    def _foreseen(self, motor: int, up: list[int], down: list[int]) -> int:
+        """The next tick at which an axis comes to one of some positions or has a mark; looking changes nothing."""
+        axis = self.axes[motor]
+        bend = axis.bend
+        mark = axis.next_mark(self.tick(), up, down)
+        axis.bend = bend
+        return mark
 
     def steps(self, motor: int, start: int, end: int) -> Iterator[tuple[int, int]]:
         """Clock and direction (1 or -1) of each microstep after clock `start` (>= now) up to `end`.

@@ -27,6 +27,7 @@ from tmcm34x.firmware.program.counts import Counts
 from tmcm34x.firmware.program.machine import Machine
 from tmcm34x.firmware.program.memory import Memory
 from tmcm34x.firmware.program.module_commands import PROGRAM_ONLY, STOP, WAIT, misuse, reads
+from tmcm34x.firmware.program.moving import Following, Pursuit
 from tmcm34x.firmware.program.polling import Cycle, Polling
 from tmcm34x.firmware.program.registers import ERROR_FLAGS, Registers
 from tmcm34x.firmware.program.state import ProgramError, RunState
@@ -69,6 +70,7 @@ class Execution:
         """`executed` when the program was started."""
         self._ahead = Ahead(self._machine)
         self._polling = Polling(module)
+        self._following = Following(module, self._machine)
         self._pins_changed = False
         """Since the last event, while the program is active; the module has its next event one clock later."""
         module.circuit.on_pins.append(self._note_pins)
@@ -131,6 +133,7 @@ class Execution:
         """Take notice that something a program may look at changes, here and now."""
         self._ahead.begin(self.executed)
         self._polling.forget(self._module.now)
+        self._following.pursuit = None
 
     # Time
 
@@ -142,10 +145,17 @@ class Execution:
             return self.wait.limit
         if self.state is RunState.STEP or self._watched:
             return self._due
+        if self._following.pursuit is not None:
+            return self._following.pursuit.due
         cycle = self._polling.cycle
         if cycle is not None and self.counts is None:
             return cycle.start if self._module.now < cycle.start else cycle.until
         return self._ahead.until or self._look_ahead()
+
+    def foresee(self, now: int) -> None:
+        """Ask for what is to be read before `now`, to which the motion chips are brought next."""
+        if self._following.pursuit is not None:
+            self._following.pursuit.foresee(now)
 
     def advance(self, now: int, disturbed: bool = False) -> None:
         """Execute everything that is due up to `now`; the program runs, the module's chips and pins are already there.
@@ -154,10 +164,13 @@ class Execution:
         """
         if self.wait is not None:
             self._check_wait(self.wait, now)
+        elif self._following.pursuit is not None:
+            self._follow(self._following.pursuit, now)
         elif not self._watched:
             self._catch_up(now, None if self.counts is not None else self._polling.cycle)
         if disturbed or self._polling.expired(now):
             self._polling.leave()
+            self._following.pursuit = None
         while self._due <= now:
             self._execute_due(now)
         if self._pins_changed:
@@ -244,6 +257,7 @@ class Execution:
         address = self.registers.counter
         instruction = self.memory[address]
         guarded = self._guarded
+        self._following.meet()
         if self.counts is not None:
             self.counts.module_command(address, now)
         if guarded and self._machine.pass_guard(self.registers):
@@ -264,7 +278,9 @@ class Execution:
             self._poll(instruction, address, now)
         else:
             self._polling.forget(now)
-            self._execute_command(instruction, address, now)
+            value = self._execute_command(instruction, address, now)
+            if value is not None and self.counts is None and not guarded and not self._watched:
+                self._following.passed(instruction, self.registers, self.executed, value, now)
         self._ahead.begin(self.executed)
 
     def _go_on(self, address: int, now: int) -> None:
@@ -352,6 +368,29 @@ class Execution:
         value = self._execute_command(instruction, address, now)
         self._polling.passed(value, now, refused=self.last_error is not error)
 
+    def _follow(self, pursuit: Pursuit, now: int) -> None:
+        """Bring a program that follows a motor to just before what is due at `now`."""
+        for reading in pursuit.take():
+            if reading.first:
+                self.registers.restore(pursuit.contents)
+                self.executed = reading.executed
+            else:
+                self._run_until(reading.when)
+            self._polling.forget(reading.when)
+            self._go_on(self.registers.counter, reading.when)
+            self.registers.load(reading.value)
+            self._ahead.begin(self.executed)
+        self._run_until(now)
+
+    def _run_until(self, now: int) -> int:
+        """Execute register commands before `now`, and no other; how many more could have been."""
+        clocks = self._module.instruction_clocks
+        room = -((self._due - now) // clocks)
+        done = self._machine.run(self.registers, room)
+        self.executed += done
+        self._due += done * clocks
+        return room - done
+
     def _catch_up(self, now: int, cycle: Cycle | None) -> None:
         """Bring a program that was not run to just before what is due at `now`; cycle: that it has gone round in."""
         if cycle is not None:
@@ -369,13 +408,8 @@ class Execution:
         self.registers.restore(cycle.contents)
         self.executed = cycle.executed + periods * cycle.commands
         self._due = cycle.start + periods * cycle.period
-        clocks = self._module.instruction_clocks
         for value in (*cycle.values, None):
-            room = -((self._due - now) // clocks)
-            done = self._machine.run(self.registers, room)
-            self.executed += done
-            self._due += done * clocks
-            if done == room:
+            if not self._run_until(now):
                 return
             self._go_on(self.registers.counter, self._due)
             self._ahead.begin(self.executed)

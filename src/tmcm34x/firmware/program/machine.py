@@ -78,13 +78,13 @@ class Machine:
         """Addresses whose commands count as module commands, because a hook is asked before them."""
         self.counts: Counts | None = None
         """Where executed commands are counted, if they are."""
-        self._read = read
+        self.read = read
         self._single: list[Operation] = []
         self._fast: list[Operation] = []
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A copy makes its own functions; it has no guarded addresses and counts nothing."""
-        return Machine, (self._read,)
+        return Machine, (self.read,)
 
     def invalidate(self) -> None:
         """Forget everything known about the program memory, because it changed."""
@@ -100,7 +100,7 @@ class Machine:
 
     def uncounted(self) -> Machine:
         """A machine for the same memory that counts nothing."""
-        machine = Machine(self._read)
+        machine = Machine(self.read)
         machine.guarded = self.guarded
         return machine
 
@@ -141,7 +141,7 @@ class Machine:
     def pass_guard(self, registers: Registers) -> bool:
         """Execute the register command at a guarded address; whether it is one."""
         address = registers.counter
-        instruction = self._read(address) if address < PROGRAM_SIZE else None
+        instruction = self.read(address) if address < PROGRAM_SIZE else None
         template = None if instruction is None else template_of(instruction)
         if instruction is None or template is None:
             return False
@@ -167,7 +167,7 @@ class Machine:
     def _code(self, address: int) -> str | None:
         if address >= PROGRAM_SIZE or address in self.guarded:
             return None
-        return template_of(self._read(address))
+        return template_of(self.read(address))
 
     def _forget(self) -> None:
         self._single[:] = [self._decode] * (PROGRAM_SIZE + 1)
@@ -182,7 +182,7 @@ class Machine:
         return left
 
     def _operation(self, template: str, address: int) -> Operation:
-        instruction, counts = self._read(address), self.counts
+        instruction, counts = self.read(address), self.counts
         if counts is None:
             return _operation(template, instruction, address)
         executed = counts.mark(address, address + 1)
@@ -200,7 +200,7 @@ class Machine:
     def _fuse(self, start: int) -> None:
         """Make one function of the register commands around `start`."""
         if self._code(start) is not None:
-            leaders, function = fuse(self._read, self._code, start, self.counts)
+            leaders, function = fuse(self.read, self._code, start, self.counts)
             for leader in leaders:
                 self._fast[leader] = function
 

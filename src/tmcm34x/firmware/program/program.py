@@ -77,6 +77,8 @@ class StandAloneProgram(Execution):
     @property
     def upcoming(self) -> int:
         """Address of the command due at the next event."""
+        if self._following.pursuit is not None:
+            return self._following.pursuit.contents[0]
         ahead = self._ahead
         return ahead.registers.counter if ahead.until and ahead.commands else self.registers.counter
 
@@ -182,6 +184,7 @@ class StandAloneProgram(Execution):
         self.state = RunState(state)
         self.last_error = None if error is None else ProgramError(error[0], Status(error[1]))
         self.wait = None if waiting is None else Wait(*waiting)
+        self._following.pursuit = None
         self._ahead.load(ahead)
         self._polling.load(polling)
 
