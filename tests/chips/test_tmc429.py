@@ -645,3 +645,42 @@ def test_an_event_at_the_target_or_at_rest_is_more_than_another_acceleration(val
     assert chip.position(0) == target
     chip.advance(chip.now + 1)
     assert not chip.changed_motors()
+
+
+def positioning(x_target):
+    chip = Tmc429()
+    values = {"RAMP_DIV": 7, "PULSE_DIV": 3, "V_MIN": 1, "V_MAX": 1000, "A_MAX": 1000, "PMUL": 247, "PDIV": 6}
+    for name, value in (values | {"X_TARGET": x_target}).items():
+        set_field(chip, 0, name, value)
+    return chip
+
+
+def test_asking_where_an_axis_will_be_changes_nothing():
+    """What an event means to the motors is found with its clock; another question of the future has another answer."""
+
+    def changes(asks):
+        chip = positioning(3000)
+        found = []
+        while chip.next_event() < NEVER:
+            if asks:
+                place = chip.position(0)
+                chip.reaches(0, place + 1)
+                chip.stays_within(0, place - 1, place + 1)
+            chip.advance(chip.next_event())
+            found.append((chip.now, chip.changed_motors()))
+        return found
+
+    assert len(changes(asks=False)) > 3
+    assert changes(asks=True) == changes(asks=False)
+
+
+def test_where_an_axis_will_be_is_told_until_its_next_event():
+    chip = positioning(300_000)
+    chip.advance(chip.next_event())
+    place = chip.position(0)
+    leaves = chip.stays_within(0, place, place + 40)
+    foretold = [chip.position_at(0, when) for when in range(leaves - 3 * TICK, leaves + TICK, TICK)]
+    assert leaves < chip.next_event()
+    chip.advance(leaves)
+    assert foretold == [place + 40] * 3 + [place + 41]
+    assert chip.position(0) == place + 41
