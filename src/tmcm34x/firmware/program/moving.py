@@ -230,7 +230,7 @@ class Pursuit:
 
     def foresee(self, now: int) -> None:
         """Read what is to be read before `now`, while the motion chips are not there yet."""
-        last = (now - 1 - self._now) // self._period
+        circuit, last = self._circuit, (now - 1 - self._now) // self._period
         first = max(self._done + 1, last - 1)
         for n in range(first, last + 1):
             when = self._now + n * self._period
@@ -238,7 +238,7 @@ class Pursuit:
                 Reading(
                     when,
                     self._executed + n * self._commands,
-                    self._circuit.position_at(self._motor, when),
+                    circuit.position_at(self._motor, when),
                     first=n == first > self._done + 1,
                 )
             )
