@@ -86,7 +86,10 @@ class Strides:
 
     async def _read(self, motor: int, keys: tuple[str, ...]) -> Facts:
         items = [wire.Watched(AXIS_BANK, BY_KEY[key].number, motor) for key in keys]
-        return dict(zip(keys, await self._target.read(items), strict=True))
+        values = await self._target.read(items)
+        if None in values:  # a reply was lost
+            values = await self._target.read(items)
+        return dict(zip(keys, values, strict=True))
 
 
 def _counts(facts: Facts, goal: int) -> bool:
