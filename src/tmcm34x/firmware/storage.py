@@ -31,13 +31,7 @@ from typing import Any, Final
 
 from tmcm34x.board.models import CELLS, MICROSTEP_TABLE, MODELS
 from tmcm34x.firmware.changes import ENTRY_SIZE, TABLE_CELLS, Cell, Chain, Change, JournalError, unfinished
-from tmcm34x.tmcl.axis_parameters import (
-    AXIS_PARAMETERS,
-    LATER,
-    LATER_AXIS_PARAMETERS,
-    STANDARD,
-    AxisParameter,
-)
+from tmcm34x.tmcl.axis_parameters import LATER, STANDARD, axis_rows
 from tmcm34x.tmcl.commands import (
     COORDINATES,
     MOTORS,
@@ -47,7 +41,7 @@ from tmcm34x.tmcl.commands import (
     USER_VARIABLES,
 )
 from tmcm34x.tmcl.datagram import INSTRUCTION, Instruction, signed32
-from tmcm34x.tmcl.global_parameters import GLOBAL_PARAMETERS, LATER_GLOBAL_PARAMETERS, GlobalParameter
+from tmcm34x.tmcl.global_parameters import global_rows
 from tmcm34x.tmcl.numbers import GP
 
 FORMAT: Final = 1
@@ -62,18 +56,6 @@ _VARIABLES: Final = struct.Struct(f"<{USER_VARIABLES}i")
 _COORDINATES: Final = struct.Struct(f"<{COORDINATES - 1}i")
 _RECORD: Final = struct.Struct(f"{INSTRUCTION_SIZE}s")
 _PROGRAM_BYTES: Final = PROGRAM_SIZE * INSTRUCTION_SIZE
-
-
-def axis_rows(model: int, profile: str) -> tuple[AxisParameter, ...]:
-    """The axis parameters of a model with a profile."""
-    later = LATER_AXIS_PARAMETERS if profile == LATER else ()
-    return tuple(row for row in (*AXIS_PARAMETERS, *later) if model in row.models)
-
-
-def global_rows(profile: str) -> tuple[GlobalParameter, ...]:
-    """The global parameters of bank 0 with a profile."""
-    later = LATER_GLOBAL_PARAMETERS if profile == LATER else ()
-    return tuple(row for row in (*GLOBAL_PARAMETERS, *later) if row.bank == 0)
 
 
 class EepromError(ValueError):

@@ -18,6 +18,7 @@ from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.host.steps import ASCII_MODE, FACTORY_RESET
 from tmcm34x.ide import wire
 from tmcm34x.ide.curves import changes, curves, notable
+from tmcm34x.ide.desk import Desk
 from tmcm34x.ide.exchange import answered, unanswered
 from tmcm34x.ide.hands import Hands
 from tmcm34x.ide.past import NOT_NOW, Past
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     from tmcm34x.bench.action import Action
     from tmcm34x.firmware.module import FirmwareModule
     from tmcm34x.ide.target import T, Tell
-    from tmcm34x.links import Connect, Peer, Send
     from tmcm34x.server import Server
 
 TIMEOUT_S: Final = 1.0
@@ -45,42 +45,6 @@ LOOKED_AT_S: Final = 3.0
 """A page that asked for state less than this ago is looking."""
 
 _EVENT: Final = bytes((Status.POSITION_REACHED, 138))
-
-
-class _Desk:
-    """The IDE's own line, as a link of the server; `take` gets what the module sends."""
-
-    kind = "ide"
-    latency_ms = 0
-    baud_rate = None
-
-    def __init__(self, take: Send) -> None:
-        self._take = take
-        self._connect: Connect | None = None
-        self._peer: Peer | None = None
-
-    async def open(self, connect: Connect) -> str:
-        """Plug the line in."""
-        self._connect = connect
-        self.plug_in()
-        return "IDE"
-
-    def close(self) -> None:
-        """Pull it out."""
-        if self._peer is not None:
-            self._peer.disconnect()
-            self._peer = None
-
-    def plug_in(self) -> None:
-        """Begin a new conversation."""
-        self.close()
-        assert self._connect is not None
-        self._peer = self._connect("IDE", self._take)
-
-    def write(self, data: bytes) -> None:
-        """Send to the module."""
-        if self._peer is not None:
-            self._peer.receive(data)
 
 
 class Virtual:
@@ -107,8 +71,8 @@ class Virtual:
         self._tell: Tell = lambda event: None
         self.on_upset: Callable[[], None] = lambda: None
         """Called when the power was switched, or the bench brought to another state: nothing goes on as it did."""
-        self._desk = _Desk(self._take)
-        self._urgent = _Desk(lambda data: None)
+        self._desk = Desk(self._take)
+        self._urgent = Desk(lambda data: None)
         self._lock = asyncio.Lock()
         self.samples = Samples()
         self._watches: list[wire.Watched] = []

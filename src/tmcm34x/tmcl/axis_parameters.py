@@ -287,3 +287,9 @@ LATER_AXIS_PARAMETERS: Final[tuple[AxisParameter, ...]] = (
 
 BY_NUMBER: Final = MappingProxyType({row.number: row for row in AXIS_PARAMETERS})
 BY_KEY: Final = MappingProxyType({row.key: row for row in AXIS_PARAMETERS})
+
+
+def axis_rows(model: int, profile: str) -> tuple[AxisParameter, ...]:
+    """The axis parameters of a model with a profile."""
+    later = LATER_AXIS_PARAMETERS if profile == LATER else ()
+    return tuple(row for row in (*AXIS_PARAMETERS, *later) if model in row.models)

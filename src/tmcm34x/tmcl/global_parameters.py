@@ -13,7 +13,7 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from tmcm34x.tmcl.axis_parameters import Choices, Kind, kind_of
+from tmcm34x.tmcl.axis_parameters import LATER, Choices, Kind, kind_of
 from tmcm34x.tmcl.commands import INT32_MAX, INT32_MIN, PROGRAM_SIZE, USER_VARIABLES
 
 EEPROM_MAGIC: Final = 0xE4
@@ -236,3 +236,9 @@ LATER_GLOBAL_PARAMETERS: Final[tuple[GlobalParameter, ...]] = (
 
 BY_NUMBER: Final = MappingProxyType({(row.bank, row.number): row for row in GLOBAL_PARAMETERS})
 BY_KEY: Final = MappingProxyType({row.key: row for row in GLOBAL_PARAMETERS})
+
+
+def global_rows(profile: str) -> tuple[GlobalParameter, ...]:
+    """The global parameters of bank 0 with a profile."""
+    later = LATER_GLOBAL_PARAMETERS if profile == LATER else ()
+    return tuple(row for row in (*GLOBAL_PARAMETERS, *later) if row.bank == 0)

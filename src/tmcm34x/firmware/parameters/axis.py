@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 from tmcm34x.chips.ramp import VELOCITY
 from tmcm34x.firmware import currents, drivers, encoder, motion
 from tmcm34x.firmware.axis import A_ACTUAL, MOTOR_FIELDS, PULSE_DIV, RAMP_DIV, RAMP_MODE, V_MAX
-from tmcm34x.firmware.storage import axis_rows
+from tmcm34x.tmcl.axis_parameters import axis_rows
 from tmcm34x.tmcl.numbers import AP
 from tmcm34x.tmcl.status import Status
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from tmcm34x.firmware.parameters import axis, bank_0
 from tmcm34x.firmware.state import Tables
-from tmcm34x.firmware.storage import axis_rows, global_rows
+from tmcm34x.tmcl.axis_parameters import axis_rows
+from tmcm34x.tmcl.global_parameters import global_rows
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.state import AxisReader, AxisWriter, GlobalReader
