@@ -51,7 +51,7 @@ class Ide:
         self.process.terminate()
         assert self.process.stdout is not None
         self.process.stdout.close()
-        self.process.wait(10)
+        self.process.wait(60)
 
 
 OpenIde = Callable[..., tuple[Page, Ide]]

@@ -27,7 +27,7 @@ def bare(tmp_path: Path, window: Callable[[str], Page]) -> Iterator[Page]:
     page.close()
     process.terminate()
     process.stdout.close()
-    process.wait(10)
+    process.wait(60)
 
 
 def _connection(page: Page) -> None:

@@ -52,4 +52,4 @@ def test_the_gallery_of_an_installed_wheel_opens_an_example_with_its_machine(
     finally:
         process.terminate()
         process.stdout.close()
-        process.wait(10)
+        process.wait(60)

@@ -144,7 +144,7 @@ def test_the_end_of_the_server_leaves_no_motor_turning(stage: Stage):
     running(page)
     until(page, lambda: ask("GAP 3, 0") == 500)
     ide.process.terminate()
-    ide.process.wait(10)
+    ide.process.wait(60)
     assert [ask("GAP 3, 0"), ask("GAP 3, 1"), ask("GGP 128, 0")] == [0, 0, 0]
 
 
@@ -155,7 +155,7 @@ def test_after_a_killed_server_the_next_one_tells_of_a_motor_that_turns(stage: S
     page.mouse.down()
     until(page, lambda: ask("GAP 3, 2") == 400)
     ide.process.kill()
-    ide.process.wait(10)
+    ide.process.wait(60)
     again, _ = open_ide("--port", page_port(page))
     strip = again.locator(".banner", has_text="motor 2 (speed 400)")
     strip.get_by_role("button", name="STOP ALL").click()
