@@ -137,7 +137,7 @@ def test_any_message_is_answered_or_ends_its_socket_only(folder, path, capfd, ca
                                 await bad.recv()
                 assert await other.call(wire.Ping()) is None
             await other.until(lambda: len(ide.hub.pages) == 1)
-            assert files_open() <= before + 4
+            await other.until(lambda: files_open() <= before + 4)
 
     asyncio.run(scenario())
     assert "Traceback" not in capfd.readouterr().err + caplog.text
