@@ -11,15 +11,10 @@ from hypothesis import strategies as st
 
 from tmcm34x.board.models import MODELS
 from tmcm34x.firmware.changes import ENTRY_SIZE, Cell, Change
-from tmcm34x.firmware.storage import (
-    Eeprom,
-    EepromError,
-    axis_rows,
-    begin_journal,
-    global_rows,
-    without_unfinished,
-)
+from tmcm34x.firmware.storage import FORMAT, Eeprom, EepromError, begin_journal, without_unfinished
+from tmcm34x.tmcl.axis_parameters import axis_rows
 from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.tmcl.global_parameters import global_rows
 
 
 def filled(model: int, seed: int, profile: str = "standard") -> Eeprom:
@@ -246,3 +241,9 @@ def test_no_damage_gets_through(data):
         Eeprom.from_bytes(torn)
     with pytest.raises(EepromError):
         Eeprom.from_bytes(GOOD[:index])
+
+
+def test_an_image_whose_body_ends_too_early_is_refused_though_its_checksum_is_right():
+    head_and_body = struct.pack("<4sHHI", b"T34X", FORMAT, 343, 1) + b"\x05"
+    with pytest.raises(EepromError, match="incomplete"):
+        Eeprom.from_bytes(head_and_body + struct.pack("<I", zlib.crc32(head_and_body)))

@@ -10,7 +10,8 @@ from concurrent.futures import ThreadPoolExecutor
 from ide.ide_driver import running, virtual
 from tmcm34x.clock import HZ
 from tmcm34x.ide import wire
-from tmcm34x.ide.debugger import MESSAGES
+from tmcm34x.ide.debug_messages import Emission, Window, event_of
+from tmcm34x.ide.debugger import MESSAGES, Debugger
 from tmcm34x.tmcl.datagram import Instruction
 
 PROGRAM = """\
@@ -230,12 +231,25 @@ def test_a_log_point_in_a_fast_loop_floods_nobody(tmp_path):
         await editor.breakpoints("program.tmc", {"line": 1, "logMessage": "again"})
         await page.call(wire.ControlProgram("run"))
         for _ in range(4):
-            shown = 0
             while "more messages" not in (await editor.event("output"))["output"]:
-                shown += 1
-            assert shown <= MESSAGES
+                pass
 
     _go(tmp_path, scenario, "Loop: CALC ADD, 1\nJA Loop\n")
+
+
+def test_between_two_looks_a_window_is_sent_a_few_messages_and_how_many_more_there_were():
+    debugger, sent = Debugger(None, None, None, None, None), []
+    debugger._windows.add(Window(sent.append))
+    message = event_of("output", category="console", output="again\n", line=1)
+    for _ in range(2):
+        sent.clear()
+        for _ in range(MESSAGES + 5):
+            debugger._deliver(Emission(message, None, {}, 0.0, None, False))
+        debugger._tell_of_more()
+        assert [event["body"]["output"] for event in sent] == [
+            *["again\n"] * MESSAGES,
+            "... and 5 more messages\n",
+        ]
 
 
 # Searches along the past
