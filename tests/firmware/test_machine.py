@@ -180,3 +180,12 @@ def test_a_state_before_any_comparison_equals_its_copy() -> None:
     other = Registers([1] * 56)
     other.restore(registers.contents())
     assert other.flags == registers.flags
+
+
+def test_a_difference_is_saved_as_a_whole_number_on_either_core() -> None:
+    """A compiled attribute that may hold no number is a floating point one, and would have another digest."""
+    registers = Registers([0] * 56)
+    machine = Machine([parse_instruction("COMP 7"), Instruction(28)].__getitem__)
+    assert machine.run(registers, 2) == 1
+    before, after = Registers([0] * 56).contents()[4], registers.contents()[4]
+    assert (before, after, type(after)) == (None, -7, int)

@@ -97,9 +97,9 @@ def _copied(contents: Contents) -> Registers:
     return registers
 
 
-def _plain(difference: float) -> float | None:
-    """A difference that equals itself: None before the first COMP."""
-    return None if isnan(difference) else difference
+def _plain(difference: float) -> int | None:
+    """A difference that equals itself, on either core a whole number: None before the first COMP."""
+    return None if isnan(difference) else int(difference)
 
 
 def quotient(dividend: int, divisor: int) -> int:
