@@ -442,6 +442,18 @@ def test_without_v_min_the_motor_rests_one_step_before_its_target():
         assert chip.read_status() & 1 == 0
 
 
+def test_without_v_min_a_rare_ramp_tick_carries_most_moves_to_their_target():
+    p_mul, p_div = brake_factor(1000, 7, 3)
+    missing = []
+    for target in range(5000, 5040):
+        chip = chip_with(**FACTORY | {"v_min": 0}, p_mul=p_mul, p_div=p_div, x_target=target)
+        run_until(chip, 10 * HZ)
+        assert chip.velocity(0) == 0
+        missing.append(target - chip.position(0))
+    assert set(missing) <= {0, 1}
+    assert missing.count(0) > 20
+
+
 def test_the_oracle_is_plain():
     # One check by hand that the definition itself counts as the datasheet says: 2048 pulses of velocity 1.
     oracle = Oracle(mode=VELOCITY, v_max=1, v_target=1, a_max=256)
