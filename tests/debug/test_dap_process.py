@@ -1,6 +1,7 @@
 """The debug adapter as an editor meets it: a process, over its pipes or a socket."""
 
 import contextlib
+import select
 import signal
 import socket
 import subprocess
@@ -223,6 +224,7 @@ def test_an_editor_may_be_silent_once_it_has_said_something(sockets):
     editor = dap_socket.Editor(near, stall_s=0.01)
     assert editor.read() == b""
     far.sendall(b"a")
+    select.select([near], [], [], PATIENCE_S)
     assert editor.read() == b"a"
     ready = threading.Event()
     reading = threading.Thread(target=lambda: (ready.set(), received.append(editor.read())))

@@ -194,7 +194,7 @@ def test_an_editor_that_takes_nothing_is_reset_and_others_are_answered_meanwhile
 
 def test_an_editor_that_sends_nothing_at_all_is_dropped():
     async def scenario():
-        async with listening(stall_s=0.05) as address:
+        async with listening(first_s=0.05) as address:
             reader, writer = await asyncio.open_connection(*address)
             assert await reader.read() == b""
             writer.close()

@@ -128,11 +128,13 @@ async def serve_tcp(
     *,
     ready: Callable[[str, int], object] = lambda _host, _port: None,
     stall_s: float = STALL_S,
+    first_s: float = STALL_S,
 ) -> None:
     """Sessions with all editors that connect, `MOST_EDITORS` at a time; more are reset at once.
 
     ready: gets the address, which port 0 leaves to the system
-    stall_s: how long an editor may take nothing of what is sent to it, and has for its first line [s]
+    stall_s: how long an editor may take nothing of what is sent to it [s]
+    first_s: how long it has for its first line [s]
     """
     places = asyncio.Semaphore(min(MOST_EDITORS, most_clients()))
 
@@ -144,7 +146,7 @@ async def serve_tcp(
 
         try:
             async with places:
-                await serve_messages(_framed(reader, stall_s), send, files, include_path, model)
+                await serve_messages(_framed(reader, first_s), send, files, include_path, model)
         except asyncio.CancelledError:
             pass  # The server ends; asyncio would print a session that is cancelled.
         finally:
