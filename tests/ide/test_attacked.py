@@ -257,6 +257,10 @@ TEXTS = (
 )  # fmt: skip
 
 
+FILES = ("", "AA==", "//4=", "77u/QQ==", *(base64.b64encode(text.encode()).decode() for text in TEXTS))
+_LEAVES: dict[Any, tuple[Any, ...]] = {str: TEXTS, bytes: FILES, bool: (False, True), type(None): (None,)}
+
+
 def value(kind: Any, draw: random.Random) -> Any:
     """Any JSON value of a type, with a liking for those at the edges."""
     arguments, origin = get_args(kind), get_origin(kind)
@@ -270,7 +274,7 @@ def value(kind: Any, draw: random.Random) -> Any:
         return value(draw.choice(arguments), draw)
     if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
         return fields(kind, draw)
-    return draw.choice({str: TEXTS, bool: (False, True), type(None): (None,)}.get(kind, arguments))
+    return draw.choice(_LEAVES.get(kind, arguments))
 
 
 def fields(kind: type[msgspec.Struct], draw: random.Random) -> dict[str, Any]:
@@ -300,6 +304,7 @@ def test_any_call_with_any_values_is_answered_or_refused_in_one_line(tmp_path):
                     assert answer.text.isprintable(), asked
                     assert 0 < len(answer.text) < 600, asked
                 for window in (page, other):
+                    assert not any(isinstance(event, wire.Fault) for event in window.events), asked
                     for kept in (window.events, window.rows, window.frames):
                         kept.clear()
             assert await other.call(wire.Ping()) is None

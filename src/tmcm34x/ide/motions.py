@@ -131,7 +131,15 @@ def _name(item: wire.Watched) -> str:
     return f"{name} of motor {item.motor}" if axis else name
 
 
+def _kept(item: wire.Watched) -> bool:
+    """Whether it is of a bank of parameters and its number fits in a telegram."""
+    fits = 0 <= item.number <= 255 and AXIS_BANK <= item.bank <= 255
+    return fits and (item.bank != AXIS_BANK or 0 <= item.motor < MOTORS)
+
+
 async def _keep(authority: Authority, tell: Tell, page: Page, call: wire.Keep) -> int:
+    if not all(map(_kept, call.items)):
+        raise wire.RefusalError("range", f"Numbers and banks are 0..255, motors 0..{MOTORS - 1}.")
     if call.action == "store" and authority.real and not call.sure:
         raise wire.RefusalError("confirm", _summary(call.items))
     title = "Storing" if call.action == "store" else "Restoring"
