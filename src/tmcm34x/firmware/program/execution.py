@@ -24,6 +24,7 @@ from tmcm34x.firmware.dispatch import execute_in_program
 from tmcm34x.firmware.program import wait
 from tmcm34x.firmware.program.ahead import Ahead
 from tmcm34x.firmware.program.counts import Counts
+from tmcm34x.firmware.program.hooks import Ask, Hooks
 from tmcm34x.firmware.program.machine import Machine
 from tmcm34x.firmware.program.memory import Memory
 from tmcm34x.firmware.program.module_commands import PROGRAM_ONLY, STOP, WAIT, misuse, reads
@@ -38,9 +39,6 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.state import ModuleState
-
-Ask = Callable[[int], bool]
-"""Asked with the address of a command about to be executed; true stops the program there."""
 
 
 class Execution:
@@ -61,8 +59,7 @@ class Execution:
         """The WAIT that is being executed."""
         self.on_refusal: list[Callable[[], bool]] = []
         """Called after a command was refused, with `last_error` saying which; any true stops the program there."""
-        self._hooks: dict[Ask, frozenset[int] | None] = {}
-        """Who wants to be asked before which commands; None: before all."""
+        self._hooks = Hooks()
         self._machine = Machine(self.memory.__getitem__)
         self._due = NEVER
         """Clock at which the command at the counter has its effect."""
@@ -107,7 +104,7 @@ class Execution:
     @property
     def hooked(self) -> bool:
         """Whether an observer checks commands before they are executed."""
-        return bool(self._hooks)
+        return self._hooks.wanted
 
     def hook(self, ask: Ask, addresses: frozenset[int] | None = None) -> None:
         """Have `ask` asked with the address of each command about to be executed; true stops the program there.
@@ -115,13 +112,12 @@ class Execution:
         It is not asked for the command that the program is started at.  With `addresses` it is asked only for
         those, and the others run as fast as ever; a second call changes them.
         """
-        self._hooks[ask] = addresses
+        self._hooks.put(ask, addresses)
         self._guard()
 
     def unhook(self, ask: Ask) -> None:
         """Ask no more, if it was asked."""
-        if ask in self._hooks:
-            del self._hooks[ask]
+        if self._hooks.drop(ask):
             self._guard()
 
     def raise_error(self, flag: str) -> None:
@@ -182,15 +178,14 @@ class Execution:
         """Whether an observer follows each single command."""
         if any(observer.instruction is not None for observer in self._module.observers):
             return True
-        return bool(self._hooks) and None in self._hooks.values()
+        return self._hooks.everywhere
 
     def _note_pins(self) -> None:
         self._pins_changed = bool(self.state)
 
     def _guard(self) -> None:
         self.wake()
-        asked = (addresses for addresses in self._hooks.values() if addresses is not None)
-        self._machine.guard(frozenset[int]().union(*asked))
+        self._machine.guard(self._hooks.addresses)
 
     def _start(self, state: RunState) -> None:
         self.wake()
@@ -236,22 +231,13 @@ class Execution:
     def _pauses(self, now: int) -> bool:
         """Tell those who watch of the command to come; whether one of them stops the program before it."""
         address = self.registers.counter
-        if self._hooks and self.executed != self._started_at and self._asked(address):
+        if self.executed != self._started_at and self._hooks.stop(address):
             self._halt()
             return True
         for observer in self._module.observers:
             if observer.instruction is not None:
                 observer.instruction(address, self.memory[address], now)
         return False
-
-    def _asked(self, address: int) -> bool:
-        """Ask all who want to be asked before the command at `address`."""
-        answers = [
-            ask(address)
-            for ask, addresses in tuple(self._hooks.items())
-            if addresses is None or address in addresses
-        ]
-        return any(answers)
 
     def _execute_module_command(self, now: int) -> None:
         address = self.registers.counter
@@ -342,11 +328,8 @@ class Execution:
 
     def _look_ahead(self) -> int:
         """Find the next event by running register commands on a copy."""
-        clocks = self._module.instruction_clocks
-        searching = self._polling.cycle is None
-        cycle = self._ahead.look(
-            self.registers, self.executed, self._due, clocks, searching=searching
-        )  # fmt: skip
+        clocks, searching = self._module.instruction_clocks, self._polling.cycle is None
+        cycle = self._ahead.look(self.registers, self.executed, self._due, clocks, searching=searching)
         if cycle is None:
             return self._ahead.until
         self._polling.cycle = cycle
