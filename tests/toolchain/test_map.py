@@ -45,6 +45,13 @@ def test_a_wait_ends_a_way():
     assert routines("STOP")["start"].longest == 1
 
 
+def test_a_wait_in_a_routine_ends_the_way_of_its_caller():
+    found = routines("ROR 0, 1\nLoop: CALC ADD, 1\nCSUB Rest\nJA Loop\nRest: WAIT TICKS, 0, 2\nRSUB")
+    assert (found["start"].longest, found["Rest"].longest) == (5, 1)
+    sometimes = "Loop: CSUB Rest\nJA Loop\nRest: JC ZE, Out\nWAIT TICKS, 0, 2\nOut: RSUB"
+    assert math.isinf(routines(sometimes)["Loop"].longest)
+
+
 def test_recursion_has_no_longest_way():
     assert math.isinf(routines("CSUB S\nSTOP\nS: CSUB S\nRSUB")["S"].longest)
 

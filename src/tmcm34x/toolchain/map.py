@@ -7,14 +7,14 @@ is an assumption (docs/fidelity.md).  A loop without a WAIT has no longest way.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Final, NamedTuple
 
 from tmcm34x.tmcl.commands import BY_MNEMONIC, PROGRAM_SIZE, STACK_DEPTH, USER_VARIABLES
 from tmcm34x.toolchain.assembler import Assembly
 from tmcm34x.toolchain.entries import entries
-from tmcm34x.toolchain.flow import STOP, Flow, components
+from tmcm34x.toolchain.flow import RSUB, STOP, Flow, components
 
 INSTRUCTION_MS: Final = 0.1
 _WAIT: Final = BY_MNEMONIC["WAIT"].number
@@ -35,6 +35,28 @@ class Routine(NamedTuple):
     instructions: int
     calls: tuple[str, ...]
     longest: float
+
+
+_NONE: Final = -math.inf
+
+
+class Ways(NamedTuple):
+    """Instructions of the longest ways of a routine without a WAIT; minus infinity where there is none.
+
+    before: from its begin to its first WAIT or its end
+    through: from its begin to an RSUB
+    after: from a WAIT in it to an RSUB, the WAIT left out
+    longest: of all, also within the routine
+    """
+
+    before: float
+    through: float
+    after: float
+    longest: float
+
+
+_ENDLESS: Final = Ways(math.inf, math.inf, math.inf, math.inf)
+_NO_CALL: Final = Ways(0.0, 0.0, _NONE, 0.0)
 
 
 class Variable(NamedTuple):
@@ -104,7 +126,7 @@ class Map:
             self.assembly.code[address].number,
             len(body),
             tuple(self._name(target) for target in calls),
-            self._longest[address],
+            self._ways[address].longest,
         )
 
     def _body(self, address: int) -> list[int]:
@@ -119,45 +141,75 @@ class Map:
         return sorted(seen)
 
     @cached_property
-    def _longest(self) -> dict[int, float]:
-        """Instructions of the longest way without a WAIT in each routine and in those that it calls."""
+    def _ways(self) -> dict[int, Ways]:
+        """The ways without a WAIT through each routine, and through those that it calls."""
         graph: list[set[int]] = [set() for _ in range(self.flow.end + 1)]
         starts = {*self.flow.entries, *self.flow.calls.values()}
         for address in starts - {self.flow.end}:
             graph[address] = {self.flow.calls[n] for n in self._body(address) if n in self.flow.calls}
-        longest: dict[int, float] = {}
+        ways: dict[int, Ways] = {}
         for group in reversed(components([tuple(calls) for calls in graph], starts)):
             for address in group:
                 recursive = len(group) > 1 or address in graph[address]
-                longest[address] = math.inf if recursive else self._longest_way(address, longest)
-        return longest
+                ways[address] = _ENDLESS if recursive else self._ways_through(address, ways)
+        return ways
 
-    def _longest_way(self, address: int, called: Mapping[int, float]) -> float:
+    def _ways_through(self, address: int, called: Mapping[int, Ways]) -> Ways:
         """The same of one routine; `called` has those that it calls."""
         body = self._body(address)
-        longest: dict[int, float] = {}
-        for component in reversed(components(self._steps_without_wait(body), body)):
-            node = component[0]
-            following = self._next(node)
-            if len(component) > 1 or node in following:
-                longest.update(dict.fromkeys(component, math.inf))
-            else:
-                own = 1.0 + called.get(self.flow.calls.get(node, -1), 0.0)
-                longest[node] = own + max((longest[n] for n in following), default=0.0)
-        return max(longest.values(), default=0.0)
+        calls = {n: called[self.flow.calls[n]] for n in body if self.flow.calls.get(n) in called}
+        ahead, back = self._lengths(body, calls)
+        resumed = {n: 0.0 for n in body if self._number(n) == _WAIT}
+        resumed |= {n: ways.after for n, ways in calls.items()}
+        following = [
+            (begun, n) for node, begun in resumed.items() for n in self.flow.steps[node] if n != self.flow.end
+        ]
+        after = max((_sum(begun, back[n]) for begun, n in following), default=_NONE)
+        inside = (ways.longest for ways in calls.values())
+        longest = max([*ahead.values(), *inside, *(begun + ahead[n] for begun, n in following)])
+        return Ways(ahead[address], back[address], after, longest)
 
-    def _steps_without_wait(self, body: Iterable[int]) -> list[list[int]]:
+    def _lengths(
+        self, body: Sequence[int], calls: Mapping[int, Ways]
+    ) -> tuple[dict[int, float], dict[int, float]]:
+        """Instructions from each address of a routine to the next WAIT or the end, and to an RSUB without a WAIT."""
+        ahead: dict[int, float] = {}
+        back: dict[int, float] = {}
+        for component in reversed(components(self._steps_without_wait(body, calls), body)):
+            following = {n for node in component for n in self._next(node, calls)}
+            further = max((ahead[n] for n in following - {*component}), default=0.0)
+            return_ = max((back[n] for n in following - {*component}), default=_NONE)
+            node = component[0]
+            if len(component) > 1 or node in following:
+                further, return_ = math.inf, math.inf if return_ > _NONE else _NONE
+            elif self._number(node) == RSUB:
+                return_ = 0.0
+            for node in component:
+                ways = calls.get(node, _NO_CALL)
+                ahead[node] = 1.0 + max(ways.before, ways.through + further)
+                back[node] = _sum(1.0 + ways.through, return_)
+        return ahead, back
+
+    def _number(self, address: int) -> int:
+        instruction = self.flow.program[address]
+        return -1 if instruction is None else instruction.number
+
+    def _steps_without_wait(self, body: Iterable[int], calls: Mapping[int, Ways]) -> list[list[int]]:
         steps: list[list[int]] = [[] for _ in range(self.flow.end + 1)]
         for node in body:
-            steps[node] = self._next(node)
+            steps[node] = self._next(node, calls)
         return steps
 
-    def _next(self, node: int) -> list[int]:
-        """Where the program goes after an address; nowhere after a WAIT or STOP."""
-        instruction = self.flow.program[node]
-        if instruction is None or instruction.number in (_WAIT, STOP):
+    def _next(self, node: int, calls: Mapping[int, Ways]) -> list[int]:
+        """Where the program goes after an address without a WAIT."""
+        if self._number(node) in {-1, _WAIT, STOP} or calls.get(node, _NO_CALL).through == _NONE:
             return []
         return [n for n in self.flow.steps[node] if n != self.flow.end]
+
+
+def _sum(*parts: float) -> float:
+    """The length of a way in parts, none where one part has none."""
+    return _NONE if _NONE in parts else sum(parts)
 
 
 def program_map(assembly: Assembly) -> str:
