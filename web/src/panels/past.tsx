@@ -31,7 +31,7 @@ export function WhoWrote({ value }: { value: string }) {
     const question = `Who wrote ${value}?`;
     return (
         <IconButton
-            icon="undo"
+            icon="clock"
             size={12}
             class="who"
             label={question}
@@ -46,7 +46,7 @@ export function WhoWrote({ value }: { value: string }) {
 export function WhoWroteOf({ of, values }: { of: string; values: readonly string[] }) {
     if (!can.value.history) return null;
     return (
-        <Menu icon="undo" label={`Who wrote ${of}?`}>
+        <Menu icon="clock" label={`Who wrote ${of}?`}>
             {values.map(value => (
                 <button
                     key={value}
