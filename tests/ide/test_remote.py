@@ -652,6 +652,15 @@ def test_a_silent_module_is_told_and_heard_again(tmp_path):
     _go(tmp_path, scenario)
 
 
+def test_polling_that_a_bug_ends_is_told_to_pages(tmp_path, monkeypatch):
+    async def scenario(bench, ide, page):
+        await page.until(lambda: page.state.get("time"))
+        monkeypatch.setattr(ide.hub.target._polling, "due", lambda: 1 / 0)
+        assert "polling" in (await page.event(wire.Fault)).text
+
+    _go(tmp_path, scenario)
+
+
 def test_a_line_that_cannot_be_opened_says_so_at_once():
     with pytest.raises(LinkError):
         Remote(parse_url("/dev/does-not-exist"), Telegrams())

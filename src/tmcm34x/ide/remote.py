@@ -19,6 +19,7 @@ from tmcm34x.host.polling import PROBE, Polled, Polling, reader
 from tmcm34x.host.steps import VERSION
 from tmcm34x.ide import wire
 from tmcm34x.ide.exchange import unanswered
+from tmcm34x.ide.faults import fault
 from tmcm34x.ide.polled import pack, put_held
 from tmcm34x.ide.remote_line import CLOSED, PATIENCE, POLL, RemoteLine
 from tmcm34x.ide.sampling import Samples, column_of
@@ -67,6 +68,7 @@ class Remote(RemoteLine):
         self._tell = tell
         self._loop = asyncio.get_running_loop()
         self._task = asyncio.create_task(self._poll())
+        self._task.add_done_callback(self._end_of_polling)
 
     async def close(self) -> None:
         """Hang up; what is still queued is not sent."""
@@ -77,6 +79,11 @@ class Remote(RemoteLine):
         await asyncio.to_thread(self._thread.shutdown)
         if self._connection is not None:
             self._connection.close()
+
+    def _end_of_polling(self, task: asyncio.Task[None]) -> None:
+        """Only a bug ends it before `close`: pages must not take old values for present ones without a word."""
+        if not task.cancelled() and isinstance(error := task.exception(), Exception):
+            self._tell(fault(error, "polling"))
 
     def _lose(self) -> None:
         super()._lose()

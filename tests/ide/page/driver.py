@@ -69,7 +69,7 @@ def until(page: Page, holds: Callable[[], bool], tries: int = 1200) -> None:
         if holds():
             return
         page.wait_for_timeout(25)
-    raise AssertionError("it never came")
+    raise AssertionError(f"it never came; the page says {page.locator('.lane, .notice').all_inner_texts()}")
 
 
 def tab(page: Page, name: str) -> None:
