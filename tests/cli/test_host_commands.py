@@ -283,7 +283,8 @@ def test_a_module_found_in_download_mode_is_freed_and_said(port):
 LOOKING = (
     "status", "why", "monitor --csv --count 1", "settings dump", "backup x.toml --yes", "upload",
     "compare PORT PORT --yes", "settings store --yes", "settings load s.toml --yes", "factory-reset --yes",
-    "start --yes", "step --yes", "reset", "download s.tmc --dry-run", "play s.session --port PORT --yes", "scan PORT --address 1",
+    "start --yes", "step --yes", "reset", "download s.tmc --dry-run", "play s.session --port PORT --yes",
+    "scan PORT --address 1",
 )  # fmt: skip
 
 

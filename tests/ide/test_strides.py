@@ -12,6 +12,8 @@ from tmcm34x.host import Connection
 from tmcm34x.ide import wire
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
+PACE_S = 0.02
+
 
 def _go(folder, scenario):
     async def run():
@@ -21,24 +23,28 @@ def _go(folder, scenario):
     asyncio.run(run())
 
 
+async def _asked(page, line, holds):
+    """Ask until the value is so; not so often that the log has room for these questions only."""
+    while not holds(value := (await page.execute(line))["value"]):
+        await asyncio.sleep(PACE_S)
+    return value
+
+
 async def _rest(page, motor=0):
     """The position of a motor, once the module says that it stands."""
-    while (await page.execute(f"GAP 3, {motor}"))["value"]:
-        pass
+    await _asked(page, f"GAP 3, {motor}", lambda speed: speed == 0)
     return (await page.execute(f"GAP 1, {motor}"))["value"]
 
 
 async def _arrived(page, motor=0):
     """The same, once it is at its target."""
-    while not (await page.execute(f"GAP 8, {motor}"))["value"]:
-        pass
+    await _asked(page, f"GAP 8, {motor}", bool)
     return await _rest(page, motor)
 
 
 async def _passed(page, place, motor=0):
     """Wait until a motor is so far."""
-    while (await page.execute(f"GAP 1, {motor}"))["value"] < place:
-        pass
+    await _asked(page, f"GAP 1, {motor}", lambda position: position >= place)
 
 
 async def _sent(page, mnemonic):
@@ -155,8 +161,7 @@ def test_steps_of_a_real_module_add_up_beside_another_host(tmp_path):
             assert await _arrived(page) == 8000
             with Connection.open(f"tcp://{bench.address}") as host:
                 host.ask(parse_instruction("MVP ABS, 0, -90000"))
-            while (await page.execute("GAP 1, 0"))["value"] >= 7000:
-                pass
+            await _asked(page, "GAP 1, 0", lambda position: position < 7000)
             await page.call(wire.Stride(0, 100))
             assert await _arrived(page) < 7100
 
