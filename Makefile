@@ -12,11 +12,11 @@ SETUP  := pyproject.toml $(wildcard hatch_build.py web/package-lock.json)
 run: $(VENV)/.run
 	$(BIN)/tmcm34x ide examples/manual/5.2-first-program.tmc
 
-# The page in Chromium is tested alone.  A test that fails has failed: nothing is tried again.
+# The page in Chromium is tested by itself.  A test that fails has failed: nothing is tried again.
 PAGES := tests/ide/page
 test: $(VENV)/.test
 	$(BIN)/pytest -n $(JOBS) --dist worksteal --ignore=$(PAGES)
-	$(BIN)/pytest $(PAGES)
+	$(BIN)/pytest -n $(JOBS) --dist loadfile $(PAGES)
 
 # Which lines and branches the tests reach, without those of the page; in .coverage-report/index.html too.
 # Fails where a package reaches fewer lines than it must: all of tmcl, toolchain, firmware and chips, 90 % of the others.
