@@ -231,7 +231,7 @@ class Execution:
     def _pauses(self, now: int) -> bool:
         """Tell those who watch of the command to come; whether one of them stops the program before it."""
         address = self.registers.counter
-        if self.executed != self._started_at and self._hooks.stop(address):
+        if self._hooks.wanted and self.executed != self._started_at and self._hooks.stop(address):
             self._halt()
             return True
         for observer in self._module.observers:

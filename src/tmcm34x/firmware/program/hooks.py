@@ -23,7 +23,7 @@ class Hooks:
     @property
     def everywhere(self) -> bool:
         """Whether one is asked before each command."""
-        return bool(self._addresses) and None in self._addresses.values()
+        return None in self._addresses.values()
 
     @property
     def addresses(self) -> frozenset[int]:
