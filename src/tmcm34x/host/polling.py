@@ -10,12 +10,11 @@ from __future__ import annotations
 from itertools import cycle, islice
 from typing import Final, NamedTuple
 
-from tmcm34x.host.steps import NUMBERS, SEARCHES, VERSION
+from tmcm34x.host.steps import GET_STATUS, NUMBERS, SEARCHES, VERSION
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_BY_KEY
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_BY_KEY
-from tmcm34x.tmcl.numbers import CONTROL
 from tmcm34x.tmcl.status import Status
 
 COORDINATE_BANK: Final = -2
@@ -79,7 +78,7 @@ SLOW: Final = (
 )  # fmt: skip
 
 
-PROBE: Final = Polled("probe", 0, Instruction(CONTROL.GET_APPLICATION_STATUS))
+PROBE: Final = Polled("probe", 0, Instruction(GET_STATUS))
 """Refused in download mode, and never stored (fidelity PROG-15)."""
 _NEVER_STORED: Final = (PROBE.command, Instruction(VERSION))
 """Executed or refused in download mode (fidelity PROG-15)."""

@@ -17,6 +17,7 @@ from typing import Any, Final, NamedTuple, cast
 from tmcm34x.host import commands
 from tmcm34x.host.exceptions import DownloadModeError, FileError, HostError, RefusedError, unfinished
 from tmcm34x.host.items import COMMUNICATION, GUARDED, MODELS, Item, settings_items
+from tmcm34x.host.motion import send
 from tmcm34x.host.reading import Reading, Silent, Value
 from tmcm34x.host.steps import (
     NUMBERS,
@@ -45,8 +46,6 @@ Progress = Callable[[int, int], None]
 
 PATIENCE: Final = 3
 """Values in a row without a reply until the module counts as lost."""
-_ATTEMPTS: Final = 3
-"""How often a command of `keep` is sent until it is answered."""
 KEPT: Final = {"store": "stored in the EEPROM", "restore": "restored from the EEPROM"}
 """What has become of a value after either action of `keep`."""
 _NOT_ASKED: Final = Silent("not asked, because the module had stopped replying")
@@ -138,7 +137,7 @@ def keep(
     with unfinished(lambda: f"{done} of {total} values are {KEPT[action]}, the others are not", (HostError,)):
         for done, (bank, number, motor) in enumerate(parameters):
             progress(done, total)
-            yield from insist(commands.keep(action, bank, number, motor), _ATTEMPTS)
+            yield from send(commands.keep(action, bank, number, motor))
 
 
 _READ_LOCK: Final = Instruction(NUMBERS["GGP"], GP.EEPROM_LOCK)
