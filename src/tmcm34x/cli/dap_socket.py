@@ -14,11 +14,8 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from tmcm34x.links.tcp import keep_alive, most_clients
+from tmcm34x.links.tcp import MOST_EDITORS, STALL_S, keep_alive, most_clients
 
-STALL_S: Final = 30.0
-"""How long an editor may take nothing of what is sent to it, and has for the first bytes of its own."""
-MOST_EDITORS: Final = 64
 _READ_SIZE: Final = 65536
 _AGAIN_S: Final = 0.1
 _RESET: Final = struct.pack("ii", 1, 0)
@@ -31,7 +28,7 @@ Converse = Callable[[Callable[[], bytes], Callable[[bytes], object]], object]
 class Editor:
     """The socket of an editor.
 
-    stall_s: how long it may take nothing [s]
+    stall_s: how long it may take nothing, and has for its first bytes [s]
     """
 
     def __init__(self, connection: socket.socket, stall_s: float = STALL_S) -> None:

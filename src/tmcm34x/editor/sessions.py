@@ -16,13 +16,10 @@ from pygls.exceptions import JsonRpcException
 
 from tmcm34x.editor.language_server import TmclServer
 from tmcm34x.editor.workspace import Files
-from tmcm34x.links.tcp import keep_alive, most_clients
+from tmcm34x.links.tcp import MOST_EDITORS, STALL_S, keep_alive, most_clients
 
 _LARGEST_MESSAGE: Final = 64 * 1024 * 1024
 """Bytes."""
-STALL_S: Final = 30.0
-MOST_EDITORS: Final = 64
-"""On a TCP port."""
 _MOST_WAITING: Final = 16
 """Messages that wait for the client before the next one of its own is read."""
 

@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING, Any, Final
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
+from tmcm34x.links.tcp import STALL_S
+
 if TYPE_CHECKING:
     import h11
 
 REQUEST_S: Final = 30.0
 """For a whole request and its reply."""
-STALL_S: Final = 30.0
-"""How long a web socket may take nothing of what waits for it."""
 MOST: Final = 128
 _FILES: Final = 10
 """Files for each connection, with what stands behind it."""

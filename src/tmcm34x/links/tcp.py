@@ -16,6 +16,10 @@ from typing import Final, cast
 
 from tmcm34x.links import Connect, LinkError, Peer
 
+STALL_S: Final = 30.0
+"""How long the other end of a connection may take nothing of what is sent to it, until it is given up."""
+MOST_EDITORS: Final = 64
+"""Of one server of editors, at a time."""
 _READ_SIZE: Final = 4096
 _MOST_CLIENTS: Final = 4096
 _KEEP_ALIVE: Final = {"TCP_KEEPIDLE": 60, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}
