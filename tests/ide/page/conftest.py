@@ -1,4 +1,4 @@
-"""One browser and one server for the page tests of a file."""
+"""One browser for all page tests, and one server for those of a file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 from websockets.sync.client import connect
 
 from ide.page.driver import PROGRAM, Ide, OpenIde
@@ -19,11 +19,13 @@ PATIENCE_MS = 30_000
 expect.set_options(timeout=PATIENCE_MS)
 FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync",
+    "--disable-component-update", "--disable-sync", "--process-per-site",
 )  # fmt: skip
+KEEPER = "http://127.0.0.1:1/"
+"""A page of the site of all servers, which never asks one."""
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def chromium() -> Iterator[Browser]:
     executable = shutil.which("chromium")
     assert executable, "install Debian's chromium"
@@ -31,6 +33,17 @@ def chromium() -> Iterator[Browser]:
         browser = playwright.chromium.launch(executable_path=executable, args=list(FLAGS))
         yield browser
         browser.close()
+
+
+@pytest.fixture(scope="session")
+def profile(chromium: Browser) -> Iterator[BrowserContext]:
+    """What all pages have in common; a page that stays open keeps their process, and with it the compiled script."""
+    context = chromium.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True)
+    keeper = context.new_page()
+    keeper.route(KEEPER, lambda route: route.fulfill(body=""))
+    keeper.goto(KEEPER)
+    yield context
+    context.close()
 
 
 @pytest.fixture(scope="module")
@@ -91,23 +104,36 @@ def _is_answer(message: str | bytes, key: str, number: int) -> bool:
 
 
 @pytest.fixture
-def window(chromium: Browser) -> Iterator[Callable[[str], Page]]:
+def window(profile: BrowserContext) -> Iterator[Callable[[str], Page]]:
     """Call it with an address: the IDE's page there; none may stumble, or ask anybody but its server."""
-    context = chromium.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True)
+    (keeper,) = profile.pages
     troubles: list[str] = []
     foreign: list[str] = []
+    origins: set[str] = set()
 
-    def show(url: str) -> Page:
-        page = context.new_page()
+    def watch(page: Page) -> None:
         page.set_default_timeout(PATIENCE_MS)
         page.on("pageerror", lambda error: troubles.append(str(error)))
         page.on("request", lambda request: foreign.append(request.url) if not _local(request.url) else None)
+
+    def show(url: str) -> Page:
+        origins.add(url.split("/?", maxsplit=1)[0])
+        page = profile.new_page()
         page.goto(url)
         expect(page.locator(".work .cm-content, .work .page").first).to_be_visible()
         return page
 
+    profile.on("page", watch)
     yield show
-    context.close()
+    profile.remove_listener("page", watch)
+    for page in profile.pages:
+        if page is not keeper:
+            page.close()
+    profile.clear_cookies()
+    devtools = profile.new_cdp_session(keeper)
+    for origin in origins:
+        devtools.send("Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "all"})
+    devtools.detach()
     assert troubles == []
     assert foreign == []
 

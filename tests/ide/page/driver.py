@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Locator, Page, TimeoutError, expect  # noqa: A004
 
 from ide.front_end import built
 
@@ -58,9 +58,12 @@ OpenIde = Callable[..., tuple[Page, Ide]]
 
 
 def figure(page: Page, motor: int, name: str) -> int:
-    """A figure of a motor, as it is shown."""
-    text = page.locator(f".axis.motor{motor} [data-figure={name}]").inner_text()
-    return int(text.replace("\u2009", "").replace("\u2212", "-"))
+    """A figure of a motor, as it is shown, once there is one."""
+    shown = page.wait_for_function(
+        "where => { const text = document.querySelector(where)?.innerText ?? ''; return /[0-9]/.test(text) && text; }",
+        arg=f".axis.motor{motor} [data-figure={name}]",
+    )
+    return int(shown.json_value().replace("\u2009", "").replace("\u2212", "-"))
 
 
 def until(page: Page, holds: Callable[[], bool], tries: int = 1200) -> None:
@@ -70,6 +73,18 @@ def until(page: Page, holds: Callable[[], bool], tries: int = 1200) -> None:
             return
         page.wait_for_timeout(25)
     raise AssertionError(f"it never came; the page says {page.locator('.lane, .notice').all_inner_texts()}")
+
+
+def rest_on(page: Page, place: Locator, sign: Locator) -> None:
+    """Rest the pointer on a place until the sign is there: an editor that is drawn anew waits for the next move."""
+    for step in range(30):
+        place.hover(position={"x": 4 + step % 2, "y": 8})
+        try:
+            sign.wait_for(timeout=2_000)
+        except TimeoutError:
+            continue
+        return
+    raise AssertionError(f"resting on {place} shows nothing")
 
 
 def tab(page: Page, name: str) -> None:

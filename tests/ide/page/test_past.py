@@ -7,7 +7,7 @@ import re
 from playwright.sync_api import Page, expect
 
 from debug.debuggees import CRASH, CULPRIT, PLANTED
-from ide.page.driver import OpenIde, until
+from ide.page.driver import OpenIde, rest_on, until
 
 MOVE = 9
 """The line of the program that moves to the coordinate."""
@@ -37,8 +37,9 @@ def crashed(open_ide: OpenIde, tmp_path, source: str = PLANTED) -> Page:
 
 def test_a_planted_bug_is_found_by_asking_who_wrote_this(open_ide: OpenIde, tmp_path) -> None:
     page = crashed(open_ide, tmp_path)
-    page.locator(".cm-line", has_text="MVP   COORD").get_by_text("MVP").hover()
-    page.get_by_role("button", name="Who wrote co[5][0]?").click()
+    question = page.get_by_role("button", name="Who wrote co[5][0]?")
+    rest_on(page, page.locator(".cm-line", has_text="MVP   COORD").get_by_text("MVP"), question)
+    question.click()
     expect(strip(page)).to_contain_text("PAST")
     expect(executed(page)).to_contain_text("SCO   5, 0, 900")
     expect(page.locator(".notices")).to_contain_text(f"line {CULPRIT}: SCO 5, 0, 900 (200 → 900)")

@@ -6,7 +6,7 @@ import re
 
 from playwright.sync_api import Page, WebSocketRoute, expect
 
-from ide.page.driver import Ide, drafted, figure, rename, shown, tab, until
+from ide.page.driver import Ide, drafted, figure, rename, rest_on, shown, tab, until
 
 
 def test_one_click_runs_the_program_and_another_stops_it(page: Page):
@@ -73,12 +73,13 @@ def test_the_language_server_completes_explains_and_mends(page: Page):
     page.keyboard.press("Escape")
     page.keyboard.type("4, 0, 1\nMWP ABS, 0, 5")
     expect(page.locator(".inlay", has_text="maximum positioning speed")).to_be_visible()
-    page.locator(".cm-lintRange-error").last.hover()
-    page.get_by_role("button", name="Change to MVP").click()
+    change = page.get_by_role("button", name="Change to MVP")
+    rest_on(page, page.locator(".cm-lintRange-error").last, change)
+    change.click()
     expect(page.locator(".cm-content")).to_contain_text("MVP ABS, 0, 5")
     expect(page.locator(".cm-lintRange-error")).to_have_count(0)
-    page.locator(".cm-line", has_text="JA Loop").get_by_text("JA").hover()
-    expect(page.locator(".cm-tooltip-hover")).to_contain_text("jump always")
+    manual = page.locator(".cm-tooltip-hover", has_text="jump always")
+    rest_on(page, page.locator(".cm-line", has_text="JA Loop").get_by_text("JA"), manual)
 
 
 def test_watches_and_registers_are_seen_and_changed(page: Page):

@@ -42,7 +42,7 @@ def test_two_windows_see_the_same_module(page: Page, ide: Ide, chromium: Browser
 
 def test_a_lost_server_is_told_and_nothing_typed_is_lost(tmp_path: Path, chromium: Browser):
     (tmp_path / "program.tmc").write_text(PROGRAM)
-    ide = Ide(tmp_path)
+    ide = Ide(tmp_path, "--listen", "127.0.0.1:0")
     context = chromium.new_context()
     page = context.new_page()
     page.goto(ide.url)
