@@ -155,6 +155,12 @@ def test_a_scan_finds_a_module_with_two_identifiers_once(bus, request):
     assert found.url.endswith("&id=1")
 
 
+def test_a_scan_finds_a_module_whose_reply_comes_while_another_address_is_asked(serve):
+    served = serve("--tcp", 0, "--fault", "late_reply,count=1")
+    (found,) = scan.scan(scan.plan([f"tcp:{served.tcp}"], addresses=(1, 2)))
+    assert found.url == f"tcp:{served.tcp}?address=1"
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo terminals")
 def test_an_slcan_adapter_carries_all_that_a_serial_line_does(serve):
     path = dict(serve("--slcan").links)["slcan"]

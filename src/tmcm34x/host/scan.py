@@ -1,7 +1,8 @@
 """Finding modules: ports, bit rates, addresses; also one whose rate or address is forgotten.
 
 Every request is 136 type 1, which changes nothing in any module, and has a reply also in download mode.  On CAN a
-module that replies is asked for the identifier of its replies too.
+module that replies is asked for the identifier of its replies too.  A reply that comes while another address is asked
+names its module by the address in it: that one is asked again, and given more time.
 
 Source: manual 6.1, 6.7.36, 8.1 (65, 66, 69, 71).
 """
@@ -11,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterator, Sequence
 from typing import Final, NamedTuple
 
+from tmcm34x.host.answer import is_whole
 from tmcm34x.host.connection import Connection
 from tmcm34x.host.exceptions import DownloadModeError, LinkError, ReplyError
 from tmcm34x.host.line import open_line
@@ -20,6 +22,7 @@ from tmcm34x.host.steps import NUMBERS, VERSION, Follow, executing, reading
 from tmcm34x.host.url import ANY, Url, parse_url
 from tmcm34x.tmcl.datagram import SIZE, Instruction
 from tmcm34x.tmcl.global_parameters import BAUD_RATES, BY_KEY, CAN_BIT_RATES
+from tmcm34x.tmcl.status import Status
 
 ADDRESSES: Final = range(1, 256)
 LIKELY_BAUDS: Final = (9600, 115200, 57600, 38400, 19200)
@@ -140,13 +143,10 @@ def scan(
             port = attempt.url.target
             progress(done, len(attempts), f"{port} address {attempt.address}")
             try:
-                found = lines.find(attempt)
+                yield from lines.find(attempt)
             except LinkError as error:
                 lines.give_up(port)
                 failed(str(error))
-                continue
-            if found is not None:
-                yield found
     finally:
         lines.close()
     progress(len(attempts), len(attempts), "")
@@ -162,13 +162,33 @@ class _Lines:
         self._dead: set[str] = set()
         self._only_baud: dict[str, int | None] = {}
         """By port where a module was found: the bit rate of all of them where the port has none, or None."""
+        self._unanswered: dict[int, Try] = {}
+        """By address: what was asked on the line that is open, without a reply in time."""
+        self._late: list[Try] = []
+        """Those of which the reply came later, while another address was asked."""
 
-    def find(self, attempt: Try) -> Found | None:
-        """The module that replies there; a port without a bit rate is looked at once.  Raises `LinkError`."""
+    def find(self, attempt: Try) -> Iterator[Found]:
+        """The module that replies there, and those whose replies to earlier questions came only now.
+
+        Raises `LinkError`.
+        """
+        yield from self._find(attempt)
+        while self._late:
+            yield from self._find(self._late.pop(), PATIENCE_S)
+
+    def _find(self, attempt: Try, patience_s: float = 0.0) -> Iterator[Found]:
+        found = self._replying(attempt, patience_s)
+        if found is not None:
+            yield found
+        else:
+            self._unanswered[attempt.address] = attempt
+
+    def _replying(self, attempt: Try, patience_s: float) -> Found | None:
+        """The module that replies there; a port without a bit rate is looked at once."""
         url = attempt.url
         if self._only_baud.get(url.target) not in {None, url.baud}:
             return None
-        found = self.ask(attempt)
+        found = self.ask(attempt, patience_s)
         if found is not None and url.scheme == "serial" and url.target not in self._only_baud:
             foreign = self.ask(attempt._replace(url=url.replaced(baud=FOREIGN_BAUD)), PATIENCE_S)
             self._only_baud[url.target] = None if foreign is None else url.baud
@@ -181,9 +201,17 @@ class _Lines:
         if self._connection is None or self._opened != _line_of(attempt.url):
             self.close()
             self._connection = Connection(open_line(attempt.url), retries=0)
+            self._connection.listeners.append(self._hear)
             self._opened = _line_of(attempt.url)
         self._connection.timeout_s = max(_travel_s(attempt.url) + self._pause_s, patience_s)
         return _ask(self._connection, attempt)
+
+    def _hear(self, sent: bool, data: bytes) -> None:
+        """Note whose reply came late; a telegram may lie anywhere in what came."""
+        for start in range(0 if sent else len(data) - SIZE + 1):
+            if _is_identity(window := data[start : start + SIZE]):
+                late = self._unanswered.pop(window[1], None)
+                self._late += [late] if late else []
 
     def give_up(self, port: str) -> None:
         """Try a port no more."""
@@ -195,12 +223,19 @@ class _Lines:
         if self._connection is not None:
             self._connection.close()
             self._connection = None
+        self._unanswered.clear()
+        self._late.clear()
 
 
 def _line_of(url: Url) -> str:
     """What has to be opened anew for the next attempt: everything but address and identifier."""
     options = {name: value for name, value in url.options.items() if name not in {"address", "id"}}
     return f"{url.scheme}:{url.target}?{sorted(options.items())}"
+
+
+def _is_identity(window: bytes) -> bool:
+    """Whether nine bytes are a reply to the question."""
+    return is_whole(window) and window[2] == Status.OK and window[3] == VERSION
 
 
 def _travel_s(url: Url) -> float:
