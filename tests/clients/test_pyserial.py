@@ -50,25 +50,9 @@ def test_a_wrong_checksum_is_answered_and_a_foreign_address_is_not(port):
     assert port.read(1) == b""
 
 
-def test_half_a_telegram_is_forgotten(port):
-    port.write(GAP_1[:4])
-    port.timeout = 0.1
-    assert port.read(1) == b""
-    port.timeout = PATIENCE_S
-    assert ask(port, Instruction(6, 4, 0)) == Reply(2, 1, 100, 6, 1000)
-
-
 def test_glued_telegrams_are_answered_one_by_one(port):
     port.write(pack_request(1, Instruction(6, 4, 0)) * 50)
     assert port.read(9 * 50) == pack_reply(Reply(2, 1, 100, 6, 1000)) * 50
-
-
-def test_a_telegram_may_come_byte_by_byte(serve):
-    """The module waits for the rest of a telegram in its own time, which passes slowly here."""
-    with serial.Serial(serve("--pty", "--speed", 0.001).pty, timeout=PATIENCE_S) as port:
-        for byte in GAP_1:
-            port.write(bytes((byte,)))
-        assert unpack_reply(port.read(9)).status == 100
 
 
 def test_event_138_answers_twice(serve):

@@ -53,6 +53,20 @@ def test_a_clock_that_jumps_costs_time_but_no_reply(speed, seed):
     assert math.isfinite(rig.now)
 
 
+@pytest.mark.parametrize("speed", [0.001, 1.0, 20.0])
+@pytest.mark.parametrize(("pause_ms", "replies"), [(4.9, 1), (5.1, 0)])
+def test_a_pause_in_a_telegram_counts_in_the_time_of_its_host(speed, pause_ms, replies):
+    wall = Wall()
+    client = MemoryClient(Server(simple_rig(), speed=speed, monotonic=wall).connect)
+    for byte in ASK:
+        wall.now_s += pause_ms / 1000
+        client.write(bytes((byte,)))
+    assert len(client.read()) == replies * SIZE
+    wall.now_s += 0.0051
+    client.write(ASK)
+    assert unpack_reply(client.read()).status == 100
+
+
 def test_a_clock_that_stands_still_stands_for_the_module_too():
     rig = simple_rig()
     server = Server(rig, monotonic=itertools.repeat(5.0).__next__)
