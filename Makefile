@@ -7,7 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS   ?= 2
 SETUP  := pyproject.toml $(wildcard hatch_build.py web/package-lock.json)
 
-.PHONY: run test test-compiled coverage check bench soak lock web fast pure vsix clean
+.PHONY: run test test-compiled coverage check check-style check-imports check-page bench soak lock web fast pure vsix clean
 
 run: $(VENV)/.run
 	$(BIN)/tmcm34x ide examples/manual/5.2-first-program.tmc
@@ -32,13 +32,23 @@ ON_BOTH := tests
 test-compiled: fast
 	$(BIN)/pytest -n $(JOBS) --dist worksteal --ignore=$(PAGES) $(ON_BOTH); status=$$?; $(BIN)/python hatch_build.py --no-core; exit $$status
 
+# Several at a time; each is a target of its own too.
+SYSTEMS := Linux Windows Darwin
+CHECKS  := check-style check-imports check-page $(SYSTEMS:%=check-types-%)
 check: $(VENV)/.test
+	$(MAKE) --no-print-directory -j $(JOBS) $(CHECKS)
+
+check-style: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+check-imports: $(VENV)/.test
 	$(BIN)/lint-imports
-	$(BIN)/pyright
-	$(BIN)/pyright --pythonplatform Windows
-	$(BIN)/pyright --pythonplatform Darwin
+
+check-types-%: $(VENV)/.test
+	$(BIN)/pyright --pythonplatform $*
+
+check-page: $(VENV)/.test
 	$(BIN)/python hatch_build.py --check-page
 
 # One simulated week of random commands and faults (docs/sessions.md); 1,000 killed servers; an hour of hostile hosts and browsers each.

