@@ -70,11 +70,21 @@ connection.onEvent = event => {
     for (const listener of eventListeners) listener(event);
 };
 
-function welcomed(event: Welcome): void {
-    if (event.protocol !== PROTOCOL) {
-        location.reload();
+const RENEWED = "tmcm34x.renewed";
+
+/** The server speaks another protocol than this page: load its own, once. */
+function renew(protocol: string): void {
+    if (sessionStorage.getItem(RENEWED) === protocol) {
+        notify("error", "This page does not fit its server: install tmcm34x again, or run `make web` in a checkout.");
         return;
     }
+    sessionStorage.setItem(RENEWED, protocol);
+    location.reload();
+}
+
+function welcomed(event: Welcome): void {
+    if (event.protocol !== PROTOCOL) return renew(String(event.protocol));
+    sessionStorage.removeItem(RENEWED);
     const before = welcome.peek();
     welcome.value = event;
     loaded.value = event.listing;
