@@ -12,10 +12,12 @@ SETUP  := pyproject.toml $(wildcard hatch_build.py web/package-lock.json)
 run: $(VENV)/.run
 	$(BIN)/tmcm34x ide examples/manual/5.2-first-program.tmc
 
-# The page in Chromium is tested by itself.  A test that fails has failed: nothing is tried again.
+# The page in Chromium is tested by itself; many of the other tests wait, so that they have one worker more.
+# A test that fails has failed: nothing is tried again.
 PAGES := tests/ide/page
+MORE  := $(shell expr $(JOBS) + 1)
 test: $(VENV)/.test
-	$(BIN)/pytest -n $(JOBS) --dist worksteal --ignore=$(PAGES)
+	$(BIN)/pytest -n $(MORE) --dist worksteal --ignore=$(PAGES)
 	$(BIN)/pytest -n $(JOBS) --dist loadfile $(PAGES)
 
 # Which lines and branches the tests reach, without those of the page; in .coverage-report/index.html too.
@@ -30,7 +32,7 @@ coverage: $(VENV)/.test
 # The tests on the compiled core, without those of pages; plain Python again afterwards, also after a failure.
 ON_BOTH := tests
 test-compiled: fast
-	$(BIN)/pytest -n $(JOBS) --dist worksteal --ignore=$(PAGES) $(ON_BOTH); status=$$?; $(BIN)/python hatch_build.py --no-core; exit $$status
+	$(BIN)/pytest -n $(MORE) --dist worksteal --ignore=$(PAGES) $(ON_BOTH); status=$$?; $(BIN)/python hatch_build.py --no-core; exit $$status
 
 # Several at a time; each is a target of its own too.
 SYSTEMS := Linux Windows Darwin

@@ -20,7 +20,7 @@ from driver import Driver, RefusedError
 
 @pytest.fixture
 def driver(tmcm343):
-    with serial.Serial(tmcm343.port, 9600, timeout=0.5) as port:
+    with serial.Serial(tmcm343.port, 9600, timeout=5) as port:
         yield Driver(port, sleep=tmcm343.run)
 
 

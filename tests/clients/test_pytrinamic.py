@@ -34,7 +34,7 @@ def slow(serve_once):
 @contextmanager
 def connected(served, kind):
     """A PyTrinamic connection to a module as it left the factory."""
-    with Connection.open(served.tcp, timeout=0.05, retries=50) as connection:
+    with Connection.open(served.tcp, timeout=0.05, retries=1000) as connection:
         module = Module(connection)
         module.restore_factory_settings()  # not answered; and what comes while it restarts is lost
         assert module.tick_timer >= 0

@@ -31,7 +31,7 @@ def served(serve_once):
 def module(request, served):
     """A module as it left the factory, at the other end of each kind of line."""
     url = "virtual:343" if request.param == "memory" else getattr(served, request.param)
-    with Connection.open(url, timeout=0.1, retries=20) as connection:
+    with Connection.open(url, timeout=0.1, retries=500) as connection:
         module = Module(connection)
         module.restore_factory_settings()
         assert module.tick_timer >= 0  # it is back

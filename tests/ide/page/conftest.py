@@ -95,7 +95,7 @@ def _have_done(ide: Ide, path: str, messages: list[Any], key: str) -> None:
     with connect(f"ws{origin[4:]}{path}", origin=origin, additional_headers=cookie, proxy=None) as socket:
         for number, message in enumerate(messages, 1):
             socket.send(json.dumps(message))
-            while not _is_answer(socket.recv(timeout=10), key, number):
+            while not _is_answer(socket.recv(timeout=60), key, number):
                 pass
 
 
