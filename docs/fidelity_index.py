@@ -9,7 +9,8 @@ from tmcm34x.tmcl.commands import BY_MNEMONIC, CONTROL_FUNCTIONS
 
 FRAGMENTS = Path(__file__).parent / "fidelity"
 ENTRY = re.compile(r"^### ([A-Z]+-\d+) (.+)\n((?:.+\n?)+)", re.MULTILINE)
-CONFIDENCE = re.compile(r"\b(high|medium|low)\b", re.IGNORECASE)
+CONFIDENCE = re.compile(r"(?<=[.;:] )(High|Medium|Low)\b")
+"""The word that a sentence about the confidence begins with."""
 PARAMETERS = re.compile(r"\b(global )?parameters? ((?:\d+(?:,? (?:and|to) |, )?)+)", re.IGNORECASE)
 TOOLS = frozenset({"IDE", "TOOL", "DBG"})
 """Entries about tools, which no telegram touches."""
@@ -25,6 +26,12 @@ def keys(text: str) -> set[str]:
     return found | {number for number in re.findall(r"\b1[23]\d\b", text) if int(number) in CONTROL}
 
 
+def confidence(body: str) -> str:
+    """`high`, `medium` or `low`: the first one that an entry states."""
+    _, stated = body.split("Why:")
+    return CONFIDENCE.findall(stated)[0].lower()
+
+
 def page() -> str:
     """The table."""
     rows = ["# number, title, confidence, commands and parameters; made by docs/generate.py"]
@@ -32,7 +39,6 @@ def page() -> str:
         for number, title, body in ENTRY.findall(path.read_text()):
             if number.split("-")[0] in TOOLS:
                 continue
-            sure = CONFIDENCE.search(body.split("Why:")[-1])
             words = " ".join(sorted(keys(f"{title}\n{body.split('Pinned by')[0]}")))
-            rows.append(f"{number}\t{title}\t{sure.group(1).lower() if sure else ''}\t{words}")
+            rows.append(f"{number}\t{title}\t{confidence(body)}\t{words}")
     return "\n".join(rows) + "\n"

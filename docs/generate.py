@@ -48,8 +48,7 @@ def fidelity() -> str:
             "| no. | choice | confidence |\n| --- | --- | --- |\n"
         )
         for name, heading, body in ENTRY.findall(text):
-            sure = re.search(r"\b(high|medium|low)\b", body.split("Why:")[-1], re.IGNORECASE)
-            parts.append(f"| {name} | {heading} | {sure.group(1).lower() if sure else ''} |\n")
+            parts.append(f"| {name} | {heading} | {fidelity_index.confidence(body)} |\n")
         parts.append("\n")
     return "".join(parts).rstrip() + "\n"
 

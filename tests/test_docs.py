@@ -25,6 +25,7 @@ def test_every_fidelity_entry_is_complete_and_pinned_by_a_test_that_exists(path)
     assert found
     for name, title, fields in found:
         assert set(fields) >= {"Manual", "Module", "Why", "Pinned by"}, f"{name} {title}: {sorted(fields)}"
+        assert re.search(r"[.;:] (High|Medium|Low)\b", fields["Why"]), f"{name}: how sure?"
         for pin in re.split(r",\s*", fields["Pinned by"]):
             file_name, _, test = pin.strip("` ").partition("::")
             target = ROOT / file_name

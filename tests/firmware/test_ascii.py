@@ -56,6 +56,7 @@ def test_ascii_lines_may_follow_139_in_one_piece() -> None:
         (b"AGAP 200, 0\r", b"BA 3 0\r"),
         (b"ASAP 4, 0, 5000\r", b"BA 4 5000\r"),
         (b"AGAP 4, 7\r", b"BA 4 0\r"),
+        (b"ARSAP 4; 0\r", b"BA 4 0\r"),
         (b"ASPIN 1\r", b"BA 2 0\r"),
         (b"A\r", b"BA 2 0\r"),
         (b"A6 4, 0\r", b"BA 2 0\r"),

@@ -258,6 +258,20 @@ def test_stall_is_not_looked_for_while_speed_changes_or_detection_is_off():
     assert host.do("GAP 3, 0") == 1000
 
 
+def test_a_stall_ends_a_reference_search():
+    module = switched_on()
+    host = Host(module)
+    motor = Motor(module, 0)
+    host.do("SAP 205, 0, 5")
+    host.do("RFS START, 0")
+    host.wait_ms(500)
+    assert host.do("RFS STATUS, 0") > 0
+    motor.load = 0.8
+    host.wait_ms(5)
+    assert [host.do("RFS STATUS, 0"), host.do("GAP 3, 0")] == [0, 0]
+    assert host.do("GAP 1, 0") < 0
+
+
 def test_driver_flags_read_at_once():
     module = switched_on()
     host = Host(module)
@@ -372,6 +386,15 @@ def test_a_deviation_stops_the_motor_along_its_ramp_and_sets_the_flag():
     assert [host.do(f"GAP 3, {motor}") for motor in (0, 1)] == [0, 500]
     assert 500 < host.do("GAP 1, 0") < 2500
     assert module.program.flags["EDV"]
+
+
+def test_a_deviation_ends_a_reference_search():
+    _, host, _ = with_encoders()
+    host.do("SAP 212, 0, 500")
+    host.do("RFS START, 0")
+    host.wait_ms(1000)
+    assert [host.do("RFS STATUS, 0"), host.do("GAP 3, 0")] == [0, 0]
+    assert -2500 < host.do("GAP 1, 0") < -500
 
 
 def test_a_shaft_that_follows_lets_the_motor_run():

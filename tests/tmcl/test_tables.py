@@ -52,6 +52,45 @@ def test_a_parameter_row_is_sound(row):
     assert all(row.low <= value <= row.high for value, _ in row.choices)
 
 
+MISPRINTED = [
+    (axis_parameters.BY_KEY["end_switch_distance"], 0, 8388607),
+    (axis_parameters.BY_NUMBER[193], 1, 3),
+    (axis_parameters.BY_NUMBER[203], -1, 2048),
+    (axis_parameters.BY_NUMBER[205], 0, 7),
+    (axis_parameters.BY_NUMBER[210], -(2**31), 2**31 - 1),
+    (axis_parameters.BY_NUMBER[211], 0, 2048),
+    (global_parameters.BY_NUMBER[0, 65], 0, 11),
+    (global_parameters.BY_NUMBER[0, 69], 1, 8),
+]
+
+
+@pytest.mark.parametrize(("row", "low", "high"), MISPRINTED, ids=lambda item: getattr(item, "key", item))
+def test_ranges_that_the_manual_misprints_or_leaves_out(row, low, high):
+    assert (row.low, row.high) == (low, high)
+
+
+def test_currents_are_parts_of_the_module_s_maximum():
+    for key in ("max_current", "standby_current"):
+        row = axis_parameters.BY_KEY[key]
+        assert (row.low, row.high, row.unit) == (0, 255, "1/255 of the module's maximum")
+
+
+def test_names_and_sections_are_not_the_misprinted_ones():
+    rows = commands.BY_MNEMONIC
+    assert {n: rows[f"UF{n}"].number for n in range(8)} == {n: 64 + n for n in range(8)}
+    sections = {name: rows[name].section for name in ("STGP", "RSGP", "RFS", "SCO", "UF0", "UF7")}
+    assert sections == {
+        "STGP": "6.7.11", "RSGP": "6.7.12", "RFS": "6.7.13", "SCO": "6.7.25", "UF0": "6.7.33", "UF7": "6.7.33",
+    }  # fmt: skip
+    assert rows["SCO"].title == "set coordinate"
+    motor = rows["WAIT"].operands[1]
+    assert (motor.name, motor.low, motor.high) == ("motor", 0, 2)
+    count = rows["SAC"].operands[1]
+    assert (count.name, count.low, count.high) == ("bytes", 1, 4)
+    assert [row.section for row in CONTROL_FUNCTIONS if row.number == 138] == ["6.7.34"]
+    assert [global_parameters.BY_NUMBER[bank, 0].section for bank in (0, 2)] == ["8.1", "8.3"]
+
+
 def test_storable_axis_parameters_are_those_of_section_6_7_7():
     stored = {4, 5, 6, 7, 12, 13, 130, 140, 149, 153, 154, 193, 194, 195, 203, 204, 205, 210, 211, 212, 214}
     assert {row.number for row in AXIS_PARAMETERS if row.stored} == stored

@@ -23,6 +23,7 @@ MENDED = [
     ("STOP\n/* never closed", "E101", 1, "STOP\n// never closed"),
     ("JA Loop\nLoop\nSTOP", "E103", 1, "JA Loop\nLoop:\nSTOP"),
     ("JA Loop\nLoop;\nSTOP", "E103", 1, "JA Loop\nLoop:\nSTOP"),
+    ("RSAP 4; 0\nSTOP", "E103", 7, "RSAP 4, 0\nSTOP"),
     ("STOP ;;; note", "E101", 6, "STOP // note"),
     ("// a remark\nthat goes on here\nSTOP", "E101", 1, "// a remark\n// that goes on here\nSTOP"),
     ("A-1: MST 0\nA_1: JA A-1\nJA A_1", "E103", 1, "A_1_: MST 0\nA_1: JA A_1_\nJA A_1"),

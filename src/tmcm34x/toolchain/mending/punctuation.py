@@ -109,6 +109,12 @@ def _gaps(tokens: list[Token]) -> Iterator[Token]:
             yield token
 
 
+def _comma(line: Text, place: int) -> tuple[int, int, str]:
+    """A comma for the mark at a place, and a blank where none follows."""
+    followed = line.text[place + 1 : place + 2].isspace()
+    return place, place + 1, "," if followed else ", "
+
+
 def separators(line: Text) -> Iterator[Repair]:
     """Something else where a comma should be."""
     if line.row is None:
@@ -117,7 +123,7 @@ def separators(line: Text) -> Iterator[Repair]:
         places = [match.start() for match in re.finditer(re.escape(mark), line.text[line.rest : line.end])]
         for chosen in (*([place] for place in places), places):
             if chosen:
-                changes = tuple((line.rest + place, line.rest + place + 1, ", ") for place in chosen)
+                changes = tuple(_comma(line, line.rest + place) for place in chosen)
                 yield change("E103", f"operands are separated by ',', not by {mark!r}", *changes)
 
 
