@@ -189,15 +189,14 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Show what happened on the virtual modules of a failed test; skip what no real module can do."""
+    """Show what happened on the modules of a failed test; skip what no real module can do."""
     outcome = yield
     if call.excinfo is not None and _needs_bench(call.excinfo):
         outcome.outcome = "skipped"
         outcome.longrepr = (str(item.path), item.location[1] or 0, f"Skipped: {call.excinfo.value}")
     elif outcome.when == "call" and outcome.failed:
         for module in item.stash.get(_MODULES, _NONE):
-            if not module.real:
-                _add_report(item, outcome, module)
+            _add_report(item, outcome, module)
     return outcome
 
 
@@ -207,8 +206,11 @@ def _needs_bench(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
 
 
 def _add_report(item: pytest.Item, outcome: pytest.TestReport, module: Any) -> None:
-    from tmcm34x.testing.report import report, save_picture
+    from tmcm34x.testing.report import real_report, report, save_picture
 
+    if module.real:
+        outcome.sections.append(("state", real_report(module)))
+        return
     outcome.sections.append((f"TMCM-{module.model}", report(module)))
     folder = item.config.option.tmcm34x_plots
     if folder:

@@ -343,6 +343,17 @@ TESTS = """
         assert tmcm343.until("GAP 8, 0 is 100 1", timeout=5) > 0
         assert tmcm343.motor(0).position == 1000
 
+    def test_runs_a_program(tmcm343):
+        tmcm343.load("again: \\n ROR 0, 100 \\n JA again", run=True)
+        tmcm343.until(lambda: tmcm343.motor(0).moving)
+        with tmcm343.connect() as module, serial.serial_for_url(tmcm343.serial_url, timeout=5):
+            assert module.model == 343
+
+    def test_program_and_motors_stand_still_after_it(tmcm343):
+        assert tmcm343.command("GGP 128, 0") == (100, 0)
+        assert not tmcm343.motor(0).moving
+        assert False, "and this is shown"
+
     def test_needs_a_bench(tmcm343):
         tmcm343.press("left", 0)
 
@@ -355,9 +366,12 @@ def test_the_same_tests_run_on_a_port(serve, run, pytester):
     pytester.makefile(".session", good="# models: 343\n== reads\n# links: serial\n> GAP 4, 1\n< 100 1000\n")
     served = serve("--pty", "--speed", "10")
     result = run(TESTS, f"--tmcm34x-port={served.pty}", "-rs")
-    result.assert_outcomes(passed=2, skipped=2)
+    result.assert_outcomes(passed=3, failed=1, skipped=2)
     result.stdout.fnmatch_lines(
         [
+            "*and this is shown*",
+            "TMCM-343 at *, program stopped",
+            "  motor 0: position *, target *, speed 0",
             "*'switch' of a bench is not available on a real module",
             "*is a TMCM-343",
         ]

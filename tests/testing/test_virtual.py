@@ -110,8 +110,10 @@ def test_parameters_are_attributes_of_a_motor(module):
     assert "max_speed" in dir(motor)
     with pytest.raises(ValueError, match="max_speed of motor 2: invalid value"):
         motor.max_speed = 5000
-    with pytest.raises(AttributeError, match="no axis parameter 'speed_limit'"):
-        _ = motor.speed_limit
+    with pytest.raises(AttributeError, match=r"no axis parameter 'max_sped'; did you mean max_speed\?"):
+        _ = motor.max_sped
+    with pytest.raises(AttributeError, match=r"no axis parameter 'colour'; dir\(motor\) lists them"):
+        _ = motor.colour
 
 
 def test_looking_does_not_change_the_run(module):
@@ -293,7 +295,8 @@ def test_a_line_without_time_out_does_not_wait_for_ever(module):
         ("tmcm34x://344", "expected tmcm34x://341, 342 or 343"),
         ("tmcm34x://343?bank=1", "unknown option bank; there are bench, pace, seed"),
         ("tmcm34x://343?bench=gone.toml", "gone.toml"),
-        ("tmcm34x://343?seed=x", "invalid literal"),
+        ("tmcm34x://343?seed=x", "seed is a whole number, not 'x'"),
+        ("tmcm34x://343?pace=fast", "pace is 'virtual' or a factor of real time above 0, not 'fast'"),
         ("tmcm34x://343?pace=0", "pace is 'virtual' or a factor"),
     ],
 )

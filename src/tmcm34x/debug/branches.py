@@ -62,8 +62,8 @@ class Branch:
     since: int
     end: int
     parent: int = -1
-    inputs: Inputs = field(default_factory=Inputs)
-    snapshots: list[Snapshot] = field(default_factory=list[Snapshot])
+    inputs: Inputs = field(default_factory=Inputs, repr=False)
+    snapshots: list[Snapshot] = field(default_factory=list[Snapshot], repr=False)
     forgotten: int = 0
 
     @property

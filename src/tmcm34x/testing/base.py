@@ -12,8 +12,11 @@ from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from tmcm34x.bench.session.world import Unit
     from tmcm34x.bench.world import AxisView
+    from tmcm34x.host.module import Module as HostModule
     from tmcm34x.testing.history import History
 
 PATIENCE_S = 60.0
@@ -78,6 +81,24 @@ class ModuleUnderTest(ABC):
 
     @property
     @abstractmethod
+    def address(self) -> str:
+        """`HOST:PORT` for host code that wants a socket."""
+
+    @property
+    @abstractmethod
+    def serial_url(self) -> str:
+        """What pyserial's `serial_for_url` opens."""
+
+    @abstractmethod
+    def open_port(self, link: str | None = None) -> str:
+        """A device name like `port`; under the symbolic link `link` if given."""
+
+    @abstractmethod
+    def connect(self) -> HostModule:
+        """The module through this project's host library."""
+
+    @property
+    @abstractmethod
     def can(self) -> dict[str, Any]:
         """Arguments for `can.Bus(**module.can)` of python-can."""
 
@@ -126,6 +147,14 @@ class ModuleUnderTest(ABC):
     def command(self, text: str, module: int = 0) -> tuple[int, int]:
         """Execute a command such as `MVP ABS, 0, 1000`, beside the line; status and value of its reply."""
         return self.execute(parse_instruction(text), module)
+
+    @abstractmethod
+    def load(self, source: str | Path, *, run: bool = False) -> None:
+        """Put a TMCL program, as source text or as a path, into the program memory, and perhaps start it."""
+
+    @abstractmethod
+    def covers(self, source: Path) -> None:
+        """Count for `pytest --tmcl-coverage` what is executed of a program that a host downloads."""
 
     @abstractmethod
     def execute(self, instruction: Instruction, module: int = 0) -> tuple[int, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.tmcl.axis_parameters import BY_KEY
@@ -17,6 +18,11 @@ _GAP: Final = BY_MNEMONIC["GAP"].number
 _SAP: Final = BY_MNEMONIC["SAP"].number
 _FULL_STEP: Final = 1.0
 """Full steps from which on a motor has lost steps: less is how far a rotor lags behind its field."""
+
+
+def _proposal(key: str) -> str:
+    near = get_close_matches(key, BY_KEY, 1)
+    return f"did you mean {near[0]}?" if near else "dir(motor) lists them"
 
 
 class Motor:
@@ -50,7 +56,7 @@ class Motor:
     def _ask(self, number: int, key: str, value: int = 0) -> int:
         row = BY_KEY.get(key)
         if row is None:
-            raise AttributeError(f"no axis parameter {key!r}; docs/reference.md lists them")
+            raise AttributeError(f"no axis parameter {key!r}; {_proposal(key)}")
         instruction = Instruction(number, row.number, self.number, value)
         module = self._module
         ask = module.ask if number == _GAP else module.execute

@@ -12,7 +12,7 @@ time-out.  pyserial looks for the class `Serial` in a module of this name.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 from urllib.parse import parse_qs, urlsplit
 
 from serial.serialutil import PortNotOpenError, SerialBase, SerialException
@@ -22,6 +22,7 @@ from tmcm34x.testing.virtual import VirtualModule, open_modules
 
 if TYPE_CHECKING:
     from tmcm34x.links import Peer
+    from tmcm34x.testing.times import Pace
 
 MODELS: Final = ("341", "342", "343")
 LONGEST_S: Final = 3600.0
@@ -136,13 +137,26 @@ def _find(url: str) -> tuple[VirtualModule, bool]:
             f"{url}: unknown option {min(unknown)}; there are {', '.join(sorted(_OPTIONS))}"
         )
     try:
-        pace = options.get("pace", "virtual")
         module = VirtualModule(
             int(name),
             bench=options.get("bench"),
-            seed=int(options.get("seed", "0")),
-            pace="virtual" if pace == "virtual" else float(pace),
+            seed=_seed(options.get("seed", "0")),
+            pace=_pace(options.get("pace", "virtual")),
         )
     except (BenchError, ValueError) as error:
         raise SerialException(f"{url}: {error}") from None
     return module, True
+
+
+def _seed(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"seed is a whole number, not {text!r}") from None
+
+
+def _pace(text: str) -> Pace:
+    try:
+        return float(text)
+    except ValueError:
+        return cast("Pace", text)  # `VirtualModule` says what there is

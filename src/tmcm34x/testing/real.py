@@ -10,15 +10,20 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
-from tmcm34x.host import Connection, HostError, RefusedError
+from tmcm34x.host import Connection, HostError, RefusedError, program
 from tmcm34x.host.settings import identify
 from tmcm34x.host.url import parse_url
 from tmcm34x.testing.base import ModuleUnderTest, NotOnRealModuleError
 from tmcm34x.tmcl.datagram import Instruction
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tmcm34x.bench.rig import Rig
     from tmcm34x.bench.session.world import Unit
     from tmcm34x.bench.world import AxisView
+    from tmcm34x.host.module import Module as HostModule
+    from tmcm34x.host.steps import Steps
     from tmcm34x.testing.history import History
 
 POLL_S: Final = 0.01
@@ -33,19 +38,22 @@ class RealModule(ModuleUnderTest):
     real = True
 
     def __init__(self, port: str, *, baud: int = 9600, address: int = 1) -> None:
-        self._where = port
+        self.where = port
         self._baud = baud
         self._address = address
         self._url = parse_url(port)
         self._start_s = time.monotonic()
+        self._loaded = False
         with self._open() as connection:
             self.model, _ = connection.run(identify())
 
     def _open(self) -> Connection:
-        return Connection.open(self._where, baud=self._baud, address=self._address)
+        return Connection.open(self.where, baud=self._baud, address=self._address)
 
     def close(self) -> None:
-        """Stop the motors: the next test must not find them moving."""
+        """Stop the program that the test has loaded, and the motors: the next test must not find them moving."""
+        if self._loaded:
+            self._run(program.stop())
         for motor in range(3):
             self.command(f"MST {motor}")
 
@@ -62,6 +70,26 @@ class RealModule(ModuleUnderTest):
         return f"tcp://{self._target('tcp', 'socket')}"
 
     @property
+    def address(self) -> str:
+        """`HOST:PORT` of the socket."""
+        return self._target("tcp", "socket")
+
+    @property
+    def serial_url(self) -> str:
+        """The serial port or the socket, as pyserial's `serial_for_url` takes it."""
+        return f"socket://{self._url.target}" if self._url.scheme == "tcp" else self.port
+
+    def open_port(self, link: str | None = None) -> str:
+        """The device name of the serial port; not available under another name."""
+        return self.port if link is None else self._refuse("a port under a name of its own")
+
+    def connect(self) -> HostModule:
+        """The module through this project's host library, on a connection of its own."""
+        from tmcm34x.host.module import Module as HostModule
+
+        return HostModule(self._open())
+
+    @property
     def can(self) -> dict[str, Any]:
         """Arguments for `can.Bus(**module.can)` of python-can."""
         if self._url.scheme == "slcan":
@@ -72,7 +100,7 @@ class RealModule(ModuleUnderTest):
 
     def _target(self, scheme: str, what: str) -> str:
         if self._url.scheme != scheme:
-            raise NotOnRealModuleError(f"{self._where} is no {what}")
+            raise NotOnRealModuleError(f"{self.where} is no {what}")
         return self._url.target
 
     # Time
@@ -97,6 +125,23 @@ class RealModule(ModuleUnderTest):
 
     # The module
 
+    def _run(self, steps: Steps[None]) -> None:
+        with self._open() as connection:
+            connection.run(steps)
+
+    def load(self, source: str | Path, *, run: bool = False) -> None:
+        """Download a TMCL program, verify it, and perhaps start it.  Raises `ValueError`, `HostError`."""
+        from tmcm34x.testing.programs import assemble_source
+
+        assembly = assemble_source(source, self.model)
+        self._loaded = True
+        self._run(program.download(assembly.program))
+        if run:
+            self._run(program.run())
+
+    def covers(self, source: Path) -> None:
+        """No effect: what a real module executes is not seen, and the test has its worth without."""
+
     def execute(self, instruction: Instruction, module: int = 0) -> tuple[int, int]:
         """Send a command on a connection of its own; status and value of the reply."""
         if module:
@@ -116,6 +161,11 @@ class RealModule(ModuleUnderTest):
 
     def _refuse(self, what: str) -> NoReturn:
         raise NotOnRealModuleError(f"{what} is not available on a real module")
+
+    @property
+    def rig(self) -> Rig:
+        """Not available."""
+        self._refuse("the bench")
 
     @property
     def unit(self) -> Unit:

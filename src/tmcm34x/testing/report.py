@@ -1,4 +1,4 @@
-"""What a failed test shows of a virtual module: the last telegrams, the state, and a plot of what moved."""
+"""What a failed test shows: of a virtual module the last telegrams, the state and a plot, of a real one the state."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.clock import seconds
+from tmcm34x.host import HostError
 from tmcm34x.tmcl.telegrams import explain
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from tmcm34x.testing.real import RealModule
     from tmcm34x.testing.virtual import VirtualModule
 
 COLUMNS: Final = 72
@@ -85,6 +87,24 @@ def report(module: VirtualModule) -> str:
     """All of it."""
     parts = [("telegrams", telegrams(module)), ("state", state(module)), ("positions", plot(module))]
     return "\n\n".join(f"{title}\n{text}" for title, text in parts if text)
+
+
+def real_report(module: RealModule) -> str:
+    """What a real module tells when it is asked; why it tells nothing, as while its port is open elsewhere."""
+    try:
+        return _real_state(module)
+    except (HostError, ValueError) as error:
+        return f"state unknown: {error}"
+
+
+def _real_state(module: RealModule) -> str:
+    _, application_status = module.command("GGP 128, 0")
+    program = "stopped" if application_status in {0, 3} else "running"
+    rows = [f"TMCM-{module.model} at {module.where}, program {program}"]
+    for motor in range(3):
+        axis = module.motor(motor)
+        rows.append(f"  motor {motor}: position {axis.position}, target {axis.target}, speed {axis.speed}")
+    return "\n".join(rows)
 
 
 def save_picture(module: VirtualModule, path: Path, title: str) -> None:
