@@ -5,8 +5,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from tmcm34x.bench import simple_rig
 from tmcm34x.clock import HZ, MS, NEVER
 from tmcm34x.server import Server
+from tmcm34x.server.lines import Bus
 
 
 class Wall:
@@ -183,3 +185,32 @@ def test_the_event_loop_sleeps_until_the_next_event_and_no_longer():
         await server.close()
 
     asyncio.run(scenario())
+
+
+# The CAN bus
+
+
+class Frames:
+    """A log that keeps the frames, by the line on which each is written down."""
+
+    def __init__(self):
+        self.rows = []
+
+    def write(self, now, name, direction, data, kind):
+        self.rows.append((name[:3], direction, data[-7:].hex()))
+
+
+def test_a_frame_is_logged_once_however_many_clients_the_bus_has():
+    log = Frames()
+    bus = Bus(Server(simple_rig(), monotonic=float, log=log))
+    received = {"one": [], "two": []}
+    one, two = (
+        bus.connect(name, lambda _, data, n=name: received[n].append(data.hex())) for name in received
+    )
+    request, reply = "06040000000000", "016406000003e8"
+    two.receive_frame(1, bytes.fromhex(request), None)
+    assert log.rows == [("two", ">", request), ("two", "<", reply)]
+    assert received == {"one": [request, reply], "two": [reply]}
+    two.disconnect()
+    one.receive_frame(1, bytes.fromhex(request), None)
+    assert log.rows[2:] == [("one", ">", request), ("one", "<", reply)]

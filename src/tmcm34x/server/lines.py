@@ -12,6 +12,7 @@ from tmcm34x.server.telegram_log import LineLog
 
 if TYPE_CHECKING:
     from tmcm34x.server.server import Server
+    from tmcm34x.tmcl.telegrams import Direction
 
 TIME_OUT_S: Final = 0.005
 """A partial telegram is dropped when the next bytes come later than this after the last ones (fidelity WIRE-3)."""
@@ -78,11 +79,15 @@ class ClientLine:
 
 
 class Bus:
-    """The CAN bus that joins all modules and all CAN clients; what one client sends reaches all others."""
+    """The CAN bus that joins all modules and all CAN clients; what one client sends reaches all others.
+
+    The log gets each frame once: a request from the client that sends it, a reply with the client that asked last.
+    """
 
     def __init__(self, server: Server) -> None:
         self.server = server
         self.clients: list[_Node] = []
+        self.asking: _Node | None = None
         self.end = CanEnd(server.rig, self._reply, crowd=server.crowd)
         self.record = None if server.recorder is None else server.recorder.plugged(self.end)
 
@@ -91,9 +96,17 @@ class Bus:
         self.clients.append(node := _Node(self, name, send))
         return node
 
+    def leave(self, node: _Node) -> None:
+        """A client is gone."""
+        self.clients.remove(node)
+        if self.asking is node:
+            self.asking = None
+
     def _reply(self, identifier: int, data: bytes) -> None:
+        for client in self.clients[:1] if self.asking is None else (self.asking,):
+            client.log("<", identifier, data)
         for client in self.clients:
-            client.deliver(identifier, data)
+            client.send(identifier, data)
 
 
 class _Node:
@@ -102,17 +115,17 @@ class _Node:
     def __init__(self, bus: Bus, name: str, send: SendFrame) -> None:
         self._bus = bus
         self._log = None if bus.server.log is None else LineLog(bus.server.log, name)
-        self._send = send
+        self.send = send
 
     def receive_frame(self, identifier: int, data: bytes, bit_rate: int | None) -> None:
         """Take a frame from the client; modules with another bit rate do not understand it."""
         server = self._bus.server
         server.arrive()
-        if self._log is not None:
-            self._log.add_frame(server.rig.now, ">", identifier, data)
+        self._bus.asking = self
+        self.log(">", identifier, data)
         for client in self._bus.clients:
             if client is not self:
-                client.deliver(identifier, data)
+                client.send(identifier, data)
         self._bus.end.receive_frame(identifier, data, bit_rate)
         if self._bus.record is not None:
             self._bus.record(identifier, data, bit_rate)
@@ -120,10 +133,9 @@ class _Node:
 
     def disconnect(self) -> None:
         """The client leaves the bus."""
-        self._bus.clients.remove(self)
+        self._bus.leave(self)
 
-    def deliver(self, identifier: int, data: bytes) -> None:
-        """Send the client a frame of another node."""
+    def log(self, direction: Direction, identifier: int, data: bytes) -> None:
+        """Write a frame down."""
         if self._log is not None:
-            self._log.add_frame(self._bus.server.rig.now, "<", identifier, data)
-        self._send(identifier, data)
+            self._log.add_frame(self._bus.server.rig.now, direction, identifier, data)
