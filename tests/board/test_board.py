@@ -112,6 +112,13 @@ def test_each_driver_gets_its_own_word_and_answers_in_its_own_place():
     assert [driver.current_codes for driver in drivers] == [(0, 15)] * 3
 
 
+@pytest.mark.parametrize("number", MODELS)
+def test_what_is_not_connected_is_low(number):
+    board = powered(number)
+    assert (board.digital_inputs(), board.shutdown_level()) == (0, 0)
+    assert not any(board.switch(motor, side) for motor in range(3) for side in ("left", "right"))
+
+
 def test_without_drivers_the_chain_reads_no_load_and_no_error():
     assert Board(MODELS[343]).driver_statuses() == QUIET_DRIVER << 24 | QUIET_DRIVER << 12 | QUIET_DRIVER
     assert Board(MODELS[342]).driver_statuses() == 0

@@ -112,7 +112,17 @@ def test_wrong_operands_are_refused_and_change_nothing(line, status):
 
 
 @pytest.mark.parametrize(
-    "line", ["GAP 99, 0, 55", "GAP 1, 7, 55", "GGP 99, 0, 55", "GIO 99, 0, 55", "GCO 99, 0, 55"]
+    "line",
+    [
+        "GAP 99, 0, 55",
+        "GAP 1, 7, 55",
+        "GGP 99, 0, 55",
+        "GIO 99, 0, 55",
+        "GCO 99, 0, 55",
+        "RFS STATUS, 3, 55",
+        "SAC 0, 5, 55",
+        "SAC 4, 1, 55",
+    ],
 )
 def test_reading_what_is_not_there_gives_0(line):
     assert Host(switched_on()).ask(line).value == 0

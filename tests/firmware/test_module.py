@@ -132,6 +132,7 @@ def test_a_locked_eeprom_keeps_its_settings_against_137():
         "STAP 4, 0",
         "SGP 77, 0, 1",
         "SGP 64, 0, 0",
+        "AGP 77, 0",
         "STGP 0, 2",
         "STGP 7, 0",
         "STGP 23, 0",
@@ -324,8 +325,10 @@ def test_bank_1_has_what_an_extension_puts_there():
     assert host.ask("SGP 7, 1, 5").status == host.ask("GGP 7, 1").status == 4
     module.user_parameters[7] = 11
     assert host.do("GGP 7, 1") == 11
+    before = module.eeprom.revision
     host.do("SGP 7, 1, -5")
     assert module.user_parameters == {7: -5}
+    assert module.eeprom.revision == before
     assert host.ask("GGP 8, 1").status == host.ask("SGP 8, 1, 0").status == 3
     assert host.ask("GGP 7, 3").status == 4
 

@@ -159,6 +159,13 @@ def test_commands_that_read_load_the_accumulator_and_the_zero_flag() -> None:
     assert module.program.variables[:3] == [1000, -77, 1]
 
 
+def test_commands_that_start_and_stop_or_copy_leave_the_accumulator() -> None:
+    lines = ("RFS START, 0", "RFS STOP, 0", "GCO 1, 255", "RFS STATUS, 0")
+    module = started("CALC LOAD, 77 \n" + "".join(f"{line} \n AGP {n}, 2 \n" for n, line in enumerate(lines)))
+    run_ms(module, 10)
+    assert module.program.variables[:4] == [77, 77, 77, 0]
+
+
 def test_sio_takes_the_accumulator() -> None:
     module = started("CALC LOAD, $1a5 \n SIO 255, 2, -1 \n STOP")
     run_to_stop(module)
@@ -261,6 +268,17 @@ def test_a_time_out_sets_the_flag_until_it_is_cleared() -> None:
     assert module.board.outputs == 0
     run_to_stop(module)
     assert module.board.outputs == 3
+
+
+@pytest.mark.parametrize(("earlier", "late"), [(1, 0), (-1, 1)])
+def test_a_condition_that_holds_at_the_clock_of_the_time_out_wins(earlier: int, late: int) -> None:
+    """A pin that changes is noticed one clock later."""
+    module = started("WAIT REFSW, 0, 3 \n JC ETO, Late \n STOP \n Late: SIO 0, 2, 1 \n STOP")
+    time_out = CLOCKS + 30 * MS
+    run_until(module, time_out - earlier)
+    module.board.set_switch(0, "left", True)
+    run_to_stop(module)
+    assert module.board.outputs == late
 
 
 def test_wait_for_switches() -> None:

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from firmware.programs import Wire, direct, program_of
 from tmcm34x.bench import Rig, build
 from tmcm34x.bench.description import parse
+from tmcm34x.chips.tmc423 import Tmc423
 from tmcm34x.clock import MS, run_until
 from tmcm34x.firmware.axis import Search
 from tmcm34x.firmware.module import FirmwareModule
@@ -68,6 +69,27 @@ def test_mode_1_puts_zero_in_the_middle_of_the_two_switching_points(start: float
     search(rig)
     assert (value(module, "GAP 1, 0"), value(module, "GAP 0, 0"), value(module, "GAP 3, 0")) == (0, 0, 0)
     assert carriage_mm(rig) == pytest.approx(5.0 + HYSTERESIS_MM / 2, abs=0.01)
+
+
+class Shaft:
+    """An encoder's shaft that stays where it is."""
+
+    edges_per_turn = 4000
+    null_level = None
+
+    def edges(self) -> int:
+        return 5000
+
+
+def test_the_counter_of_an_encoder_is_set_with_the_position() -> None:
+    rig, module = rig_of(axis("left"))
+    module.board.attach_spi(0, Tmc423([Shaft()] * 3))
+    value(module, "SGP 74, 0, 1")
+    value(module, "SAP 209, 0, 5000")
+    value(module, "RFS START, 0")
+    search(rig)
+    closed_mm = HYSTERESIS_MM / 2
+    assert value(module, "GAP 209, 0") / USTEPS_PER_MM == pytest.approx(-closed_mm, abs=0.01)
 
 
 @pytest.mark.parametrize("mode", [2, 3])
@@ -160,6 +182,18 @@ def test_status_tells_what_the_search_does() -> None:
     assert value(module, "RFS STATUS, 0") == Search.GOING_LEFT
     search(rig)
     assert value(module, "RFS STATUS, 0") == 0
+
+
+def test_a_search_goes_through_its_states_in_order() -> None:
+    rig, module = rig_of(axis("left", "right", start=47.0))
+    direct(module, "SAP 193, 0, 3")
+    direct(module, "RFS START, 0")
+    states = [value(module, "RFS STATUS, 0")]
+    while states[-1]:
+        rig.advance(rig.next_event())
+        if (state := value(module, "RFS STATUS, 0")) != states[-1]:
+            states.append(state)
+    assert states == [6, 1, 2, 3, 4, 5, 0]
 
 
 def test_stop_leaves_off_and_the_motor_comes_to_rest() -> None:

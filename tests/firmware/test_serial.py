@@ -140,7 +140,7 @@ def test_138_for_no_motor_is_answered_at_once():
 
 
 def test_disabled_replies_stay_away_until_they_are_enabled():
-    _, port, sent = wired()
+    module, port, sent = wired()
     for instruction in (
         Instruction(9, 255, 0, 1),
         Instruction(6, 4, 0),
@@ -153,6 +153,10 @@ def test_disabled_replies_stay_away_until_they_are_enabled():
     assert sent == []
     port.receive(pack_request(1, Instruction(9, 255, 0, 0)))
     assert len(sent) == 1
+    port.receive(pack_request(1, Instruction(9, 255, 0, 1)))
+    module.reset()
+    port.receive(pack_request(1, Instruction(6, 4, 0)))
+    assert len(sent) == 2
 
 
 def test_the_version_comes_as_nine_bytes_without_a_checksum():

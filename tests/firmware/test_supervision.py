@@ -474,6 +474,22 @@ def test_silence_on_the_serial_ports_stops_the_motors_along_their_ramps():
     assert [host.do(f"GAP {n}, {motor}") for motor in (0, 1) for n in (3, 138)] == [0, 2, 0, 2]
 
 
+def test_only_commands_for_the_module_feed_the_heartbeat_on_any_port():
+    module = switched_on()
+    host, other, stranger = Host(module), Host(module), Host(module, address=2)
+    host.do("SGP 68, 0, 200")
+    host.do("ROR 0, 500")
+    for _ in range(5):
+        host.wait_ms(150)
+        other.do("GAP 4, 0")
+    assert module.axes[0].moving
+    for _ in range(10):
+        host.wait_ms(100)
+        stranger.send(6, 4, 0, 0)
+        host.port.receive(bytes(9)[:8] + b"\x01")
+    assert not module.axes[0].moving
+
+
 def test_the_heartbeat_waits_for_the_first_command():
     module = switched_on()
     host = Host(module)

@@ -56,9 +56,11 @@ MISPRINTED = [
     (axis_parameters.BY_KEY["end_switch_distance"], 0, 8388607),
     (axis_parameters.BY_NUMBER[193], 1, 3),
     (axis_parameters.BY_NUMBER[203], -1, 2048),
+    (axis_parameters.BY_NUMBER[204], 0, 65535),
     (axis_parameters.BY_NUMBER[205], 0, 7),
     (axis_parameters.BY_NUMBER[210], -(2**31), 2**31 - 1),
     (axis_parameters.BY_NUMBER[211], 0, 2048),
+    (axis_parameters.BY_NUMBER[214], 1, 65535),
     (global_parameters.BY_NUMBER[0, 65], 0, 11),
     (global_parameters.BY_NUMBER[0, 69], 1, 8),
 ]
@@ -94,6 +96,10 @@ def test_names_and_sections_are_not_the_misprinted_ones():
 def test_storable_axis_parameters_are_those_of_section_6_7_7():
     stored = {4, 5, 6, 7, 12, 13, 130, 140, 149, 153, 154, 193, 194, 195, 203, 204, 205, 210, 211, 212, 214}
     assert {row.number for row in AXIS_PARAMETERS if row.stored} == stored
+
+
+def test_what_would_make_a_module_mute_for_ever_is_not_stored():
+    assert not global_parameters.BY_NUMBER[0, 255].stored
 
 
 def test_readable_axis_parameters_are_those_of_section_6_7_6():
