@@ -1,4 +1,4 @@
-"""Every screen at five sizes: nothing overflows the page, overlaps, is cut off, or hides STOP ALL."""
+"""Every screen at five sizes: nothing overflows, overlaps, is cut off, hides STOP ALL or is disabled for no reason."""
 
 from __future__ import annotations
 
@@ -63,6 +63,9 @@ FINDINGS = """() => {
         const top = Math.max(one.part.top, other.part.top), bottom = Math.min(one.part.bottom, other.part.bottom);
         if (right - left > 1 && bottom - top > 1) found.push(`overlap: ${name(a)} and ${name(b)}`);
     }));
+
+    for (const element of controls)
+        if (element.disabled && !element.title) found.push(`disabled without a reason: ${name(element)}`);
 
     // Text that does not fit, where no ellipsis says so.
     const texts = ".axis .label, .axis .figure, .parameters th, .legend b, h3, h4, dt, dd, .pill, .choice button";

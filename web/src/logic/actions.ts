@@ -3,9 +3,8 @@ import { question } from "./confirm";
 import { effect, signal } from "@preact/signals";
 import { find, toggleHere } from "../editor/editor";
 import { showHints } from "../editor/server";
-import { ask, can, held, inRoutine, online, running, send, stopAll, timePaused, welcome } from "./app";
-import { ready } from "./authority";
-import { assemble, busy, download, run, upload } from "./build";
+import { ask, can, held, inRoutine, running, send, stopAll, timePaused, welcome } from "./app";
+import { assemble, download, run, upload } from "./build";
 import { DEBUG_ACTIONS } from "./debug_actions";
 import { go } from "./debugger";
 import {
@@ -16,16 +15,15 @@ import {
     mainFile,
     newFile,
     openPage,
-    opened,
     save,
     saveAll,
     type PageName,
 } from "./documents";
 import { beginTour } from "./tour";
 import { layout, lowerPanel, palette, right, showBottom, showRight, theme } from "./layout";
-import { past } from "./past";
 import { PAST_ACTIONS } from "./past_actions";
 import type { ControlProgram } from "../wire";
+import { inThePast, offline, runs, unfree, working } from "./hindrance";
 
 export interface Action {
     id: string;
@@ -35,16 +33,19 @@ export interface Action {
     keys?: string[];
     icon?: string;
     hint?: string;
-    enabled?: () => boolean;
+    /** What keeps it from being done now; empty where nothing does. */
+    hindrance?: () => string | false;
     /** Of a switch: whether it is on. */
     on?: () => boolean;
     run: () => unknown;
 }
 
 const control = (action: ControlProgram["action"]) => () => ask({ call: "control_program", action });
-const idle = (): boolean => online.value && opened.value && !busy.value;
-/** The program may go on, and with it motors; along the past nothing moves. */
-const free = (): boolean => idle() && (ready.value || past.value);
+const noServer = () => offline.value;
+const unlessPast = () => offline.value || inThePast.value;
+const unlessBuilding = () => working.value || inThePast.value;
+const unlessRuns = () => unfree.value || runs.value;
+const onBench = () => offline.value || (!can.value.bench && "Only a virtual module has this");
 
 /** What F9 does: go on when the program is held or stopped in the middle, else start it. */
 const runOrContinue = () => (held.value ? go("continue") : run());
@@ -56,7 +57,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["F9"],
         icon: "play",
-        enabled: () => free() && !past.value,
+        hindrance: () => unfree.value || inThePast.value,
         hint: "Assemble, download and run from the start; goes on when held at a breakpoint",
         run: runOrContinue,
     },
@@ -66,7 +67,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["Ctrl+F2"],
         icon: "stop",
-        enabled: () => online.value && !past.value,
+        hindrance: unlessPast,
         hint: "Stop the program; motors go on as they are",
         run: control("stop"),
     },
@@ -76,7 +77,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["Shift+F9"],
         icon: "continue",
-        enabled: () => free() && !running.value,
+        hindrance: unlessRuns,
         hint: "Go on from where the program stands",
         run: () => go("continue"),
     },
@@ -86,7 +87,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["F2"],
         icon: "pause",
-        enabled: () => online.value && running.value,
+        hindrance: () => offline.value || (!running.value && "The program does not run"),
         hint: "Hold the program at its next instruction",
         run: () => go("pause"),
     },
@@ -96,7 +97,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["F7"],
         icon: "step",
-        enabled: () => free() && !running.value,
+        hindrance: unlessRuns,
         hint: "Execute one instruction",
         run: () => go("stepIn"),
     },
@@ -106,7 +107,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["Shift+F7"],
         icon: "step-over",
-        enabled: () => free() && !running.value,
+        hindrance: unlessRuns,
         hint: "Execute one instruction, a CSUB with all that it calls",
         run: () => go("next"),
     },
@@ -116,7 +117,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["Ctrl+F7"],
         icon: "step-out",
-        enabled: () => free() && !running.value && (inRoutine.value || !can.value.debug),
+        hindrance: () => unlessRuns() || (!inRoutine.value && can.value.debug && "No CSUB is open"),
         hint: "Go on until the CSUB has returned",
         run: () => go("stepOut"),
     },
@@ -127,7 +128,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["Ctrl+Shift+F2"],
         icon: "reset",
-        enabled: () => online.value && !past.value,
+        hindrance: unlessPast,
         hint: "Stop, and go back to the first instruction",
         run: control("reset"),
     },
@@ -137,7 +138,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["F8"],
         icon: "breakpoint",
-        enabled: () => online.value,
+        hindrance: noServer,
         run: toggleHere,
     },
     {
@@ -146,7 +147,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["F4"],
         icon: "assemble",
-        enabled: idle,
+        hindrance: () => working.value,
         hint: "Check the program and translate it",
         run: assemble,
     },
@@ -156,7 +157,7 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["F6"],
         icon: "download",
-        enabled: () => idle() && !past.value,
+        hindrance: unlessBuilding,
         hint: "Store the program in the module without starting it",
         run: () => download(false),
     },
@@ -165,7 +166,7 @@ export const ACTIONS: Action[] = [
         title: "Upload and disassemble",
         group: "Program",
         icon: "upload",
-        enabled: () => idle() && !past.value,
+        hindrance: unlessBuilding,
         hint: "Read the module's program memory into a new page",
         run: upload,
     },
@@ -174,7 +175,7 @@ export const ACTIONS: Action[] = [
         title: "Set or clear the main file",
         group: "Program",
         hint: "The file that Run means, whatever page is open",
-        enabled: () => activeTab.value?.kind === "file" || !!mainFile.value,
+        hindrance: () => activeTab.value?.kind !== "file" && !mainFile.value && "No file is in front",
         run: () => (mainFile.value = mainFile.value ? "" : active.value),
     },
 
@@ -185,7 +186,7 @@ export const ACTIONS: Action[] = [
         keys: ["F10"],
         icon: "stop",
         hint: "Stop the program and all motors",
-        enabled: () => online.value,
+        hindrance: noServer,
         run: stopAll,
     },
     ...[0, 1, 2].map(
@@ -194,7 +195,7 @@ export const ACTIONS: Action[] = [
             title: `Stop motor ${motor}`,
             group: "Module",
             keys: [`Alt+${motor + 1}`],
-            enabled: () => online.value,
+            hindrance: noServer,
             run: () => send("MST", 0, motor),
         }),
     ),
@@ -204,7 +205,7 @@ export const ACTIONS: Action[] = [
         group: "Module",
         keys: ["Ctrl+F9"],
         hint: "Freeze the virtual module and the world around it",
-        enabled: () => online.value && can.value.bench,
+        hindrance: onBench,
         run: () => ask({ call: "set_time", paused: !timePaused.value }),
     },
     {
@@ -212,7 +213,7 @@ export const ACTIONS: Action[] = [
         title: "Let one millisecond pass",
         group: "Module",
         keys: ["Ctrl+F10"],
-        enabled: () => online.value && can.value.bench,
+        hindrance: onBench,
         run: () => ask({ call: "step_time", ms: 1 }),
     },
 
@@ -231,7 +232,7 @@ export const ACTIONS: Action[] = [
         group: "File",
         keys: ["Ctrl+S"],
         icon: "save",
-        enabled: () => !!activeDocument.value,
+        hindrance: () => !activeDocument.value && "No file is in front",
         run: () => activeDocument.value && save(activeDocument.value),
     },
     { id: "save_all", title: "Save all", group: "File", keys: ["Ctrl+Shift+S"], run: saveAll },
@@ -240,7 +241,7 @@ export const ACTIONS: Action[] = [
         title: "Close the page",
         group: "File",
         keys: ["Alt+W"],
-        enabled: () => !!active.value,
+        hindrance: () => !active.value && "No page is open",
         run: () => closeTab(active.value),
     },
     { id: "find", title: "Find and replace", group: "File", keys: ["Ctrl+F"], run: find },
@@ -265,7 +266,7 @@ export const ACTIONS: Action[] = [
         title: "Show Machine",
         group: "View",
         keys: ["Ctrl+Alt+M"],
-        enabled: () => can.value.bench,
+        hindrance: onBench,
         run: () => showRight("machine"),
     },
     ...(
@@ -363,7 +364,7 @@ const BY_KEYS = new Map(ACTIONS.flatMap(action => (action.keys ?? []).map(keys =
 export const action = (id: string): Action => BY_ID.get(id)!;
 export function perform(id: string): void {
     const found = action(id);
-    if (welcome.value && (found.enabled?.() ?? true)) void found.run();
+    if (welcome.value && !found.hindrance?.()) void found.run();
 }
 
 /** `Ctrl+Shift+S` for an event of these keys. */

@@ -1,6 +1,6 @@
 // Actions of debugging, of comparing and of building: rows of ACTIONS.
 import type { Action } from "./actions";
-import { can, online } from "./app";
+import { can } from "./app";
 import { compare } from "./compare";
 import { counting, coverageSource, hideCoverage, pickTracefile, toggleCounting } from "./coverage";
 import { exportSettings, pickSettings } from "./exchange";
@@ -8,8 +8,10 @@ import { activeDocument, openPage, saveAs, target } from "./documents";
 import { showRight } from "./layout";
 import { followOn, liveOn } from "./live";
 import { tool } from "./views";
+import { offline } from "./hindrance";
 
-const program = (): boolean => online.value && !!target.value;
+const noServer = () => offline.value;
+const noProgram = () => offline.value || (!target.value && "No program is in front");
 
 function showTool(name: typeof tool.value): void {
     tool.value = name;
@@ -33,7 +35,7 @@ export const DEBUG_ACTIONS: Action[] = [
         group: "Program",
         keys: ["Alt+V"],
         hint: "While the program is held or virtual time runs slowly",
-        enabled: () => can.value.peek,
+        hindrance: () => !can.value.peek && "Only a virtual module has this",
         on: () => liveOn.value,
         run: () => (liveOn.value = !liveOn.value),
     },
@@ -42,7 +44,7 @@ export const DEBUG_ACTIONS: Action[] = [
         title: "Count coverage of the live program",
         group: "Program",
         keys: ["Alt+C"],
-        enabled: () => online.value && can.value.bench,
+        hindrance: () => offline.value || (!can.value.bench && "Only a virtual module has this"),
         on: () => counting.value,
         run: toggleCounting,
     },
@@ -50,14 +52,14 @@ export const DEBUG_ACTIONS: Action[] = [
         id: "tracefile",
         title: "Show coverage of a tracefile\u2026",
         group: "Program",
-        enabled: () => online.value,
+        hindrance: noServer,
         run: pickTracefile,
     },
     {
         id: "hide_coverage",
         title: "Hide coverage",
         group: "Program",
-        enabled: () => !!coverageSource.value,
+        hindrance: () => !coverageSource.value && "No coverage is shown",
         run: hideCoverage,
     },
     {
@@ -65,7 +67,7 @@ export const DEBUG_ACTIONS: Action[] = [
         title: "Compare with the program in the module",
         group: "Program",
         keys: ["Alt+M"],
-        enabled: program,
+        hindrance: noProgram,
         run: () => compare("module"),
     },
     {
@@ -73,7 +75,7 @@ export const DEBUG_ACTIONS: Action[] = [
         title: "Compare with the file on the disk",
         group: "File",
         keys: ["Alt+D"],
-        enabled: program,
+        hindrance: noProgram,
         run: () => compare("disk"),
     },
     {
@@ -81,7 +83,7 @@ export const DEBUG_ACTIONS: Action[] = [
         title: "Save as\u2026",
         group: "File",
         keys: ["Ctrl+Alt+S"],
-        enabled: () => !!activeDocument.value,
+        hindrance: () => !activeDocument.value && "No file is in front",
         run: () => activeDocument.value && saveAs(activeDocument.value),
     },
     {
@@ -96,21 +98,21 @@ export const DEBUG_ACTIONS: Action[] = [
         id: "export_tmcl",
         title: "Export settings as TMCL source",
         group: "Module",
-        enabled: () => online.value,
+        hindrance: noServer,
         run: () => exportSettings("tmcl"),
     },
     {
         id: "export_toml",
         title: "Export settings as TOML",
         group: "Module",
-        enabled: () => online.value,
+        hindrance: noServer,
         run: () => exportSettings("toml"),
     },
     {
         id: "import_settings",
         title: "Import settings\u2026",
         group: "Module",
-        enabled: () => online.value,
+        hindrance: noServer,
         run: pickSettings,
     },
 ];

@@ -1,11 +1,13 @@
 // Actions along the history of a virtual module: rows of ACTIONS.
 import type { Action } from "./actions";
-import { can, online, running } from "./app";
+import { can } from "./app";
 import { go } from "./debugger";
 import { askText } from "./prompt";
 import { goOn, leave, past, whoWrote } from "./past";
+import { offline, runs } from "./hindrance";
 
-const back = (): boolean => online.value && can.value.history && !running.value;
+const back = () => offline.value || (!can.value.history && "Only a virtual module has a history") || runs.value;
+const unlessPresent = () => !past.value && "The present is shown";
 
 async function ask(): Promise<void> {
     const value = await askText("Who wrote this?", "Value", "gp[3]", "Find the last write");
@@ -19,7 +21,7 @@ export const PAST_ACTIONS: Action[] = [
         group: "Program",
         keys: ["Alt+F7"],
         icon: "step-back",
-        enabled: back,
+        hindrance: back,
         hint: "Show the moment before the last command; a CSUB with all that it called counts as one",
         run: () => go("stepBack"),
     },
@@ -29,7 +31,7 @@ export const PAST_ACTIONS: Action[] = [
         group: "Program",
         keys: ["Alt+F9"],
         icon: "reverse",
-        enabled: back,
+        hindrance: back,
         hint: "Show where a breakpoint would have held last, or the beginning of the history",
         run: () => go("reverseContinue"),
     },
@@ -38,14 +40,14 @@ export const PAST_ACTIONS: Action[] = [
         title: "Back to the present",
         group: "Program",
         keys: ["Alt+F2"],
-        enabled: () => past.value,
+        hindrance: unlessPresent,
         run: leave,
     },
     {
         id: "go_on",
         title: "Go on from the past moment",
         group: "Program",
-        enabled: () => past.value,
+        hindrance: unlessPresent,
         run: () => goOn(false),
     },
     {
@@ -53,7 +55,7 @@ export const PAST_ACTIONS: Action[] = [
         title: "Who wrote a value?",
         group: "Program",
         keys: ["Alt+F8"],
-        enabled: back,
+        hindrance: back,
         run: ask,
     },
 ];

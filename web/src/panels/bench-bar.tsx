@@ -1,8 +1,8 @@
 // Above a bench file in the editor: whether it can be used, and the button that builds the virtual module with it.
 import { benches } from "../editor/bench";
-import { online } from "../logic/app";
 import { activeDocument, problems } from "../logic/documents";
-import { underWay, useVirtual } from "../logic/modules";
+import { useVirtual } from "../logic/modules";
+import { connecting, offline, unless } from "../logic/hindrance";
 
 export function BenchBar() {
     const document = activeDocument.value;
@@ -20,8 +20,10 @@ export function BenchBar() {
             <span class="gap" />
             <button
                 class="primary"
-                disabled={!!wrong || !online.value || !!underWay.value}
-                title="Build the virtual module anew with this machine, as on the screen; program and stored settings are kept"
+                {...unless(
+                    offline.value || connecting.value || (wrong && "The bench has errors"),
+                    "Build the virtual module anew with this machine, as on the screen; program and stored settings are kept",
+                )}
                 onClick={() => useVirtual({ bench: path, text: document.text.value })}
             >
                 Use this bench

@@ -1,19 +1,6 @@
 // The bench around a virtual module: what a hand would do with switches, shafts, wires and the power supply.
 import { computed } from "@preact/signals";
-import {
-    board,
-    can,
-    flag,
-    motors,
-    online,
-    plugged,
-    powered,
-    timePaused,
-    time,
-    welcome,
-    world,
-    ask,
-} from "../logic/app";
+import { board, can, flag, motors, plugged, powered, timePaused, time, welcome, world, ask } from "../logic/app";
 import type { SetBench } from "../wire";
 import { Empty, IconButton, Lamp, Switch } from "../widgets/basics";
 import { NumberField } from "../widgets/fields";
@@ -21,6 +8,7 @@ import { Icon } from "../widgets/icons";
 import { remembered } from "../logic/settings";
 import { grouped, short } from "../logic/units";
 import { WhoWroteOf } from "./past";
+import { offline, unless } from "../logic/hindrance";
 
 const set = (what: SetBench["what"], index: number, value: number, fault = "") =>
     ask({ call: "set_bench", what, index, value, fault });
@@ -50,24 +38,22 @@ export function TimeControls() {
                 icon={timePaused.value ? "play" : "pause"}
                 pressed={timePaused.value}
                 label="Hold time"
-                disabled={!online.value}
+                hindrance={offline.value}
                 title="Hold time: module and bench stand still (Ctrl+F9)"
                 onClick={() => ask({ call: "set_time", paused: !timePaused.value })}
             />
             <button
                 class="tool text"
-                title="Let one millisecond pass, then hold (Ctrl+F10)"
+                {...unless(offline.value, "Let one millisecond pass, then hold (Ctrl+F10)")}
                 aria-label="+1 ms: one millisecond"
-                disabled={!online.value}
                 onClick={() => ask({ call: "step_time", ms: 1 })}
             >
                 +1 ms
             </button>
             <select
                 aria-label="Speed of time"
-                title="Virtual seconds per second"
+                {...unless(offline.value, "Virtual seconds per second")}
                 value={String(asked)}
-                disabled={!online.value}
                 onChange={event => speed(Number(event.currentTarget.value))}
             >
                 {!listed && <option value={String(asked)}>{short(asked)}×</option>}

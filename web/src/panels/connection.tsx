@@ -23,6 +23,7 @@ import { Icon } from "../widgets/icons";
 import { ByHand, Recent } from "./connection/by-hand";
 import { Module, Scanning } from "./connection/scan";
 import { IconButton } from "../widgets/basics";
+import { connecting, unless } from "../logic/hindrance";
 
 export function ConnectionPage() {
     useEffect(() => {
@@ -73,7 +74,7 @@ function Now() {
             </div>
             <span class="gap" />
             {!isVirtual.value && (
-                <button disabled={!!underWay.value} onClick={() => useVirtual({})}>
+                <button {...unless(connecting.value)} onClick={() => useVirtual({})}>
                     Back to the virtual module
                 </button>
             )}
@@ -133,7 +134,10 @@ function Serial() {
                         <li key={device}>
                             <b class="mono">{device}</b> <span class="muted">{description}</span>
                             <span class="gap" />
-                            <button disabled={!!scanning.value} onClick={() => scan([url], far.value)}>
+                            <button
+                                {...unless(scanning.value && "A scan is under way")}
+                                onClick={() => scan([url], far.value)}
+                            >
                                 Scan
                             </button>
                             {modules.map(row => (
@@ -223,7 +227,7 @@ function Virtual() {
                 <span class="gap muted small">
                     {can.value.bench ? "Switches, loads and faults are in the panel Bench." : ""}
                 </span>
-                <button class="primary" disabled={!!underWay.value} onClick={use}>
+                <button class="primary" {...unless(connecting.value)} onClick={use}>
                     Use it
                 </button>
             </div>

@@ -1,11 +1,12 @@
 // Direct mode: one command at a time, by name or number, with the telegrams as they go over the line.
 import { signal, useSignal } from "@preact/signals";
-import { ask, link, notify, onServerEvent, online, tables } from "../logic/app";
+import { ask, link, notify, onServerEvent, tables } from "../logic/app";
 import { remembered } from "../logic/settings";
 import { currentView } from "../editor/following";
 import type { CommandShape, Exchange, OperandShape, Parameter } from "../wire";
 import { readNumber } from "../logic/text";
 import { Empty, IconButton } from "../widgets/basics";
+import { offline, unless } from "../logic/hindrance";
 
 const chosen = remembered("direct-command", 6);
 const fields = remembered<Record<string, string>>("direct-fields", { type: "0", motor: "0", value: "0" });
@@ -145,7 +146,11 @@ function Form() {
             {row.operands.map(operand => (
                 <OperandField key={operand.field} operand={operand} row={row} />
             ))}
-            <button class="primary" type="submit" disabled={!online.value || !whole}>
+            <button
+                class="primary"
+                type="submit"
+                {...unless(offline.value || (!whole && "Operands are whole numbers"))}
+            >
                 Execute
             </button>
             <button
@@ -183,7 +188,7 @@ function Line() {
             </span>
             <input
                 aria-label="Command line"
-                placeholder="GAP 1, 0 — Enter sends, ↑ brings back"
+                placeholder="GAP 1, 0 (↑: again)"
                 value={line.value}
                 spellcheck={false}
                 onInput={event => (line.value = event.currentTarget.value)}

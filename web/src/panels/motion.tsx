@@ -4,6 +4,7 @@ import { online, stopAll, welcome } from "../logic/app";
 import { link } from "../logic/app";
 import type { Doubt, MotionShape } from "../wire";
 import { Icon } from "../widgets/icons";
+import { offline, unless } from "../logic/hindrance";
 
 const KINDS: Record<MotionShape["kind"], string> = {
     jog: "is turned by hand",
@@ -35,8 +36,7 @@ export function ArmedSwitch() {
             role="switch"
             aria-checked={armed}
             aria-label="ARMED: motors 0, 1 and 2 may move"
-            title={title}
-            disabled={!online.value || !link.value.up}
+            {...unless(offline.value || (!link.value.up && "The module does not answer"), title)}
             onClick={() => arm(!armed)}
         >
             <Icon name={armed ? "alert" : "power"} size={13} /> {armed ? "ARMED" : "Not armed"}{" "}

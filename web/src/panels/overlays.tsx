@@ -67,7 +67,7 @@ export function Palette() {
         ...files.value
             .filter(file => !file.folder)
             .map(file => ({ title: file.path, detail: "file", run: () => openFile(file.path), weight: 1 })),
-        ...ACTIONS.filter(row => row.id !== "open" && (row.enabled?.() ?? true)).map(row => ({
+        ...ACTIONS.filter(row => row.id !== "open" && !row.hindrance?.()).map(row => ({
             title: row.title,
             detail: [row.on?.() && "on", row.keys?.[0] ?? row.group].filter(Boolean).join(" \u00b7 "),
             run: () => perform(row.id),

@@ -1,6 +1,6 @@
 // All parameters of the module: seen, explained, changed, stored, exported.
 import { signal } from "@preact/signals";
-import { online, powered, stale, tables } from "../logic/app";
+import { powered, stale, tables } from "../logic/app";
 import { exportSettings, pickSettings } from "../logic/exchange";
 import { axisValue, globalValue, keyOf } from "../logic/parameters";
 import { remembered } from "../logic/settings";
@@ -13,6 +13,7 @@ import { Cell, KeepRow, Range, What, allStored, changed, keep } from "./paramete
 import { Coordinates, Variables } from "./parameters/stored";
 import { WhoWrote, WhoWroteOf } from "./past";
 import { want } from "./program";
+import { offline, unless } from "../logic/hindrance";
 
 const filter = signal("");
 const changedOnly = remembered("parameter-changed", false);
@@ -170,8 +171,7 @@ export function Parameters() {
                     {section.value === "axis" && (
                         <button
                             onClick={() => keep("store", allStored())}
-                            disabled={!online.value}
-                            title="Store all axis parameters as they are now (STAP)"
+                            {...unless(offline.value, "Store all axis parameters as they are now (STAP)")}
                         >
                             <Icon name="save" /> Store all
                         </button>
@@ -179,27 +179,21 @@ export function Parameters() {
                     {section.value === "axis" && (
                         <button
                             onClick={() => keep("restore", allStored())}
-                            disabled={!online.value}
-                            title="Bring back all axis parameters as they are stored (RSAP)"
+                            {...unless(offline.value, "Bring back all axis parameters as they are stored (RSAP)")}
                         >
                             <Icon name="undo" /> Restore all
                         </button>
                     )}
                     <button
                         onClick={() => exportSettings("tmcl")}
-                        disabled={!online.value}
-                        title="All settings as TMCL source"
+                        {...unless(offline.value, "All settings as TMCL source")}
                     >
                         Export .tmc
                     </button>
-                    <button
-                        onClick={() => exportSettings("toml")}
-                        disabled={!online.value}
-                        title="All settings as TOML"
-                    >
+                    <button onClick={() => exportSettings("toml")} {...unless(offline.value, "All settings as TOML")}>
                         Export .toml
                     </button>
-                    <button onClick={pickSettings} disabled={!online.value}>
+                    <button onClick={pickSettings} {...unless(offline.value, "Settings of a file into the module")}>
                         Import…
                     </button>
                 </span>

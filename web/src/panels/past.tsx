@@ -1,8 +1,9 @@
 // What says that a past moment is shown, with the ways out; how much memory the history has.
-import { can, online, running, shownSeconds } from "../logic/app";
+import { can, shownSeconds } from "../logic/app";
 import { branch, end, goOn, hertz, history, leave, past, whoWrote } from "../logic/past";
 import { IconButton, Menu } from "../widgets/basics";
 import { Icon } from "../widgets/icons";
+import { offline, runs, unless } from "../logic/hindrance";
 
 export function PastStrip() {
     if (!past.value) return null;
@@ -36,7 +37,7 @@ export function WhoWrote({ value }: { value: string }) {
             class="who"
             label={question}
             title={`${question} Shows the moment before the last write; the program must be held.`}
-            disabled={!online.value || running.value}
+            hindrance={offline.value || runs.value}
             onClick={() => void whoWrote(value)}
         />
     );
@@ -46,13 +47,12 @@ export function WhoWrote({ value }: { value: string }) {
 export function WhoWroteOf({ of, values }: { of: string; values: readonly string[] }) {
     if (!can.value.history) return null;
     return (
-        <Menu icon="clock" label={`Who wrote ${of}?`}>
+        <Menu icon="clock" size={12} class="tool who" label={`Who wrote ${of}?`}>
             {values.map(value => (
                 <button
                     key={value}
                     role="menuitem"
-                    disabled={!online.value || running.value}
-                    title="Shows the moment before the last write; the program must be held"
+                    {...unless(offline.value || runs.value, "Shows the moment before the last write")}
                     onClick={() => void whoWrote(value)}
                 >
                     {value}

@@ -27,6 +27,7 @@ import { MoreCurves } from "./plot/more";
 import { Scrubber } from "./plot/scrubber";
 import { picture } from "./plot/picture";
 import { TriggerMenu, fired } from "./plot/trigger";
+import { unless } from "../logic/hindrance";
 
 /** All shown curves and what belongs to no motor, for a file. */
 const all = (curves: readonly ShownCurve[]): Curve[] => [
@@ -174,8 +175,7 @@ export function Plot() {
                     />
                     <button
                         class={`tool ${zoomed.value ? "on" : ""}`}
-                        disabled={!zoomed.value}
-                        title="Show the newest again (double click)"
+                        {...unless(!zoomed.value && "The newest is shown", "Show the newest again (double click)")}
                         aria-label="Show the newest"
                         onClick={unzoom}
                     >

@@ -36,6 +36,7 @@ import { keyOf, parameters, refresh, touched, wanted } from "../logic/parameters
 import { ActionButton, Empty, IconButton } from "../widgets/basics";
 import { NumberField } from "../widgets/fields";
 import { WhoWrote } from "./past";
+import { unread } from "../logic/hindrance";
 
 const frames = signal<Frame[]>([]);
 const FLAG_NAMES: Record<string, string> = {
@@ -170,7 +171,7 @@ export function Program() {
                                 <span>{row.number}</span>
                                 <NumberField
                                     value={value ?? ""}
-                                    disabled={value == null}
+                                    hindrance={unread(value)}
                                     low={row.low}
                                     high={row.high}
                                     label={`User variable ${row.number}`}

@@ -1,12 +1,13 @@
 // What is shown while no page is open: where to begin, and the examples with their machines.
 import { useEffect } from "preact/hooks";
 import { perform } from "../logic/actions";
-import { files, online, welcome } from "../logic/app";
+import { files, welcome } from "../logic/app";
 import { newFile, openFile, openPage } from "../logic/documents";
 import { openExample } from "../logic/examples";
-import { examples, listExamples, place, underWay } from "../logic/modules";
+import { examples, listExamples, place } from "../logic/modules";
 import { beginTour } from "../logic/tour";
 import { Icon } from "../widgets/icons";
+import { connecting, offline, unless } from "../logic/hindrance";
 
 const MOST = 8;
 
@@ -72,7 +73,7 @@ export function Start() {
                         <button
                             key={example.path}
                             class="tile"
-                            disabled={!online.value || !!underWay.value}
+                            {...unless(offline.value || connecting.value)}
                             onClick={() => openExample(example)}
                         >
                             <Icon name={example.bench ? "tools" : "play"} />

@@ -7,6 +7,7 @@ import { drawer, layout } from "../logic/layout";
 import { clockText } from "../logic/units";
 import { TimeControls } from "../panels/bench";
 import { ActionButton, IconButton } from "../widgets/basics";
+import { unless } from "../logic/hindrance";
 
 const clock = computed(() => clockText(shownSeconds.value));
 
@@ -68,8 +69,7 @@ export function TopBar() {
             <TimeControls />
             <button
                 class="stop-all"
-                disabled={!action("stop_all").enabled!()}
-                title="Stop the program and all motors (F10)"
+                {...unless(action("stop_all").hindrance!(), "Stop the program and all motors (F10)")}
                 onClick={() => perform("stop_all")}
             >
                 STOP ALL <kbd>F10</kbd>

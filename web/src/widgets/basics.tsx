@@ -4,18 +4,17 @@ import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { action, perform } from "../logic/actions";
 import { Icon } from "./icons";
+import { unless } from "../logic/hindrance";
 
 /** A button for a row of ACTIONS. */
 export function ActionButton({ id, label = false, tone = "" }: { id: string; label?: boolean; tone?: string }) {
     const row = action(id);
-    const enabled = row.enabled?.() ?? true;
     const title = [row.hint ?? row.title, row.keys?.[0] && `(${row.keys[0]})`].filter(Boolean).join(" ");
     return (
         <button
             class={`tool ${tone} ${row.on?.() ? "on" : ""}`}
             aria-pressed={row.on?.()}
-            disabled={!enabled}
-            title={title}
+            {...unless(row.hindrance?.(), title)}
             aria-label={row.title}
             data-action={id}
             onClick={() => perform(id)}
@@ -34,7 +33,7 @@ export function IconButton(props: {
     title?: string;
     size?: number;
     class?: string;
-    disabled?: boolean;
+    hindrance?: string | false | null;
     pressed?: boolean;
     expanded?: boolean;
 }) {
@@ -44,8 +43,7 @@ export function IconButton(props: {
             aria-label={props.label}
             aria-pressed={props.pressed}
             aria-expanded={props.expanded}
-            title={props.title ?? props.label}
-            disabled={props.disabled}
+            {...unless(props.hindrance, props.title ?? props.label)}
             onClick={() => props.onClick()}
         >
             <Icon name={props.icon} size={props.size} />
@@ -73,14 +71,13 @@ export function Lamp({
     );
 }
 
-export function Switch(props: { on: boolean; onChange: (on: boolean) => void; label: string; disabled?: boolean }) {
+export function Switch(props: { on: boolean; onChange: (on: boolean) => void; label: string }) {
     return (
         <button
             class={`switch ${props.on ? "on" : ""}`}
             role="switch"
             aria-checked={props.on}
             aria-label={props.label}
-            disabled={props.disabled}
             onClick={() => props.onChange(!props.on)}
         >
             <span />
@@ -168,6 +165,7 @@ export function Menu(props: {
     label: string;
     text?: string;
     class?: string;
+    size?: number;
     tall?: boolean;
     children: ComponentChildren;
 }) {
@@ -194,7 +192,7 @@ export function Menu(props: {
                 aria-expanded={open.value}
                 onClick={() => (open.value = !open.value)}
             >
-                <Icon name={props.icon} size={props.text ? 11 : 16} />
+                <Icon name={props.icon} size={props.size ?? (props.text ? 11 : 16)} />
                 {props.text && ` ${props.text}`}
             </button>
             {open.value && (

@@ -41,7 +41,8 @@ function showText(field: HTMLInputElement, text: string): void {
 interface Common extends Limits {
     label: string;
     width?: number;
-    disabled?: boolean;
+    /** What keeps it from being used. */
+    hindrance?: string | false | null;
     class?: string;
 }
 
@@ -63,10 +64,10 @@ export function LocalNumber(
             class={`number ${wrong.value ? "wrong" : ""} ${props.class ?? ""}`}
             aria-label={props.label}
             aria-invalid={wrong.value}
-            title={wrong.value ? rangeText(props) : undefined}
+            title={props.hindrance || (wrong.value ? rangeText(props) : undefined)}
             autocomplete="off"
             spellcheck={false}
-            disabled={props.disabled}
+            disabled={!!props.hindrance}
             style={props.width ? { width: `${props.width}px` } : undefined}
             onBlur={show}
             onInput={event => {
@@ -138,13 +139,14 @@ export function NumberField(props: Common & { value: number | string; onCommit: 
                 aria-label={props.label}
                 aria-invalid={wrong}
                 title={
-                    wrong
+                    props.hindrance ||
+                    (wrong
                         ? rangeText(props)
                         : draft.value === null
                           ? undefined
-                          : `${UNSENT}${draft.value === String(value) ? "" : `; it is ${grouped(value!)}`}`
+                          : `${UNSENT}${draft.value === String(value) ? "" : `; it is ${grouped(value!)}`}`)
                 }
-                disabled={props.disabled}
+                disabled={!!props.hindrance}
                 onInput={event =>
                     (draft.value = event.currentTarget.value === String(props.value) ? null : event.currentTarget.value)
                 }
@@ -156,7 +158,7 @@ export function NumberField(props: Common & { value: number | string; onCommit: 
                     } else if (event.key === "Escape") drop();
                 }}
             />
-            {draft.value !== null && <Send label={props.label} disabled={wrong || props.disabled} onClick={send} />}
+            {draft.value !== null && <Send label={props.label} disabled={wrong || !!props.hindrance} onClick={send} />}
         </span>
     );
 }
@@ -166,7 +168,7 @@ export function SelectField(props: {
     value: number | null;
     choices: readonly { value: number; text: string }[];
     label: string;
-    disabled?: boolean;
+    hindrance?: string | false | null;
     numbers?: boolean;
     onCommit: (value: number) => void;
 }) {
@@ -184,8 +186,11 @@ export function SelectField(props: {
                 class={draft.value === null ? "" : "unsent"}
                 aria-label={props.label}
                 value={String(shown)}
-                disabled={props.disabled}
-                title={draft.value === null ? props.choices.find(choice => choice.value === shown)?.text : UNSENT}
+                disabled={!!props.hindrance}
+                title={
+                    props.hindrance ||
+                    (draft.value === null ? props.choices.find(choice => choice.value === shown)?.text : UNSENT)
+                }
                 onChange={event => {
                     const next = Number(event.currentTarget.value);
                     draft.value = next === props.value ? null : next;
@@ -205,7 +210,7 @@ export function SelectField(props: {
                     </option>
                 ))}
             </select>
-            {draft.value !== null && <Send label={props.label} disabled={props.disabled} onClick={send} />}
+            {draft.value !== null && <Send label={props.label} disabled={!!props.hindrance} onClick={send} />}
         </span>
     );
 }

@@ -1,18 +1,7 @@
 // One axis: what its motor does, and everything to move it by hand.
 import { useComputed } from "@preact/signals";
-import { abort, motionOf, notReady, ready } from "../../logic/authority";
-import {
-    ask,
-    axisParameter,
-    figures,
-    motorKnown,
-    motors,
-    online,
-    reachable,
-    send,
-    stale,
-    welcome,
-} from "../../logic/app";
+import { abort, motionOf, notReady } from "../../logic/authority";
+import { ask, axisParameter, figures, motorKnown, motors, reachable, send, stale, welcome } from "../../logic/app";
 import { choose } from "../../logic/confirm";
 import { placeOf, scaleOf, unitsOf } from "../../logic/scales";
 import { FULL_CURRENT, grouped, rate, rpm, short } from "../../logic/units";
@@ -25,6 +14,7 @@ import { Jog } from "./jog";
 import { Rail } from "./rail";
 import { stateOf } from "./state";
 import { jogSpeed, moveTo, strides, stridesOf, type Stride } from "./strides";
+import { offline, unless } from "../../logic/hindrance";
 
 function Bar({ value, top, tone, label }: { value: number; top: number; tone: string; label: string }) {
     return (
@@ -53,8 +43,10 @@ function Header({ motor }: { motor: number }) {
             {still.value && (
                 <button
                     class="link"
-                    disabled={!reachable.value}
-                    title="Ask the module why this motor does not turn"
+                    {...unless(
+                        !reachable.value && "The module cannot be reached",
+                        "Ask the module why this motor does not turn",
+                    )}
                     onClick={() => void askWhy(motor)}
                 >
                     why?
@@ -179,6 +171,7 @@ function StrideChoice({ motor }: { motor: number }) {
 
 function Footer({ motor }: { motor: number }) {
     const goal = moveTo.value[motor] ?? null;
+    const noGoal = goal === null && "Type a position or a distance first";
     const speed = axisParameter("max_speed");
     const place = axisParameter("target_position");
     return (
@@ -191,15 +184,14 @@ function Footer({ motor }: { motor: number }) {
                 value={jogSpeed.value[motor]!}
                 low={speed.low}
                 high={speed.high}
-                disabled={strides.value[motor] !== "hold"}
+                hindrance={strides.value[motor] !== "hold" && "Steps are made at the maximum positioning speed"}
                 label={`Jog speed of motor ${motor}`}
                 onInput={value => (jogSpeed.value = jogSpeed.value.with(motor, value))}
             />
             <Jog motor={motor} direction={1} />
             <button
                 class="stop"
-                disabled={!online.value}
-                title={`Stop motor ${motor} along its ramp (Alt+${motor + 1})`}
+                {...unless(offline.value, `Stop motor ${motor} along its ramp (Alt+${motor + 1})`)}
                 aria-label={`Stop motor ${motor}`}
                 onClick={() => send("MST", 0, motor)}
             >
@@ -207,8 +199,7 @@ function Footer({ motor }: { motor: number }) {
             </button>
             <span class="gap" />
             <button
-                disabled={!ready.value || goal === null}
-                title={notReady.value || "Move to this position"}
+                {...unless(notReady.value || noGoal, "Move to this position")}
                 aria-label={`Move motor ${motor} to`}
                 onClick={() => goal !== null && send("MVP", 0, motor, goal)}
             >
@@ -224,8 +215,7 @@ function Footer({ motor }: { motor: number }) {
                 onInput={value => (moveTo.value = moveTo.value.with(motor, value))}
             />
             <button
-                disabled={!ready.value || goal === null}
-                title={notReady.value || "Move by this distance from where the motor is"}
+                {...unless(notReady.value || noGoal, "Move by this distance from where the motor is")}
                 aria-label={`Move motor ${motor} by`}
                 onClick={() => goal !== null && send("MVP", 1, motor, goal)}
             >
@@ -241,8 +231,7 @@ function Reference({ motor }: { motor: number }) {
     return (
         <div class="reference">
             <button
-                disabled={!ready.value}
-                title={notReady.value || "Stop, and call this place zero"}
+                {...unless(notReady.value, "Stop, and call this place zero")}
                 aria-label={`=0: zero motor ${motor}`}
                 onClick={() => ask({ call: "zero", motor })}
             >
@@ -250,9 +239,10 @@ function Reference({ motor }: { motor: number }) {
             </button>
             <button
                 class={search.value ? "active" : ""}
-                disabled={!(search.value ? online : ready).value}
                 aria-label={`Reference search of motor ${motor}`}
-                title={search.value ? "Abort the reference search" : notReady.value || "Start the reference search"}
+                {...(search.value
+                    ? unless(offline.value, "Abort the reference search")
+                    : unless(notReady.value, "Start the reference search"))}
                 onClick={() => (search.value ? endSearch(motor) : ask({ call: "search", motor }))}
             >
                 <Icon name="home" />

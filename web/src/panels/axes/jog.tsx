@@ -5,6 +5,7 @@ import { ask, connection } from "../../logic/app";
 import { notReady, ready } from "../../logic/authority";
 import { Icon } from "../../widgets/icons";
 import { jogSpeed, microsteps, strides } from "./strides";
+import { unless } from "../../logic/hindrance";
 
 /** The server stops a motor whose button was not reported as held for a second. */
 const AGAIN_MS = 250;
@@ -55,13 +56,12 @@ export function Jog({ motor, direction }: { motor: number; direction: -1 | 1 }) 
     return (
         <button
             class={`jog ${held.value ? "held" : ""}`}
-            disabled={!ready.value || jogSpeed.value[motor] == null}
-            title={
-                notReady.value ||
-                (strides.value[motor] === "hold"
+            {...unless(
+                notReady.value || (jogSpeed.value[motor] == null && "Type a speed first"),
+                strides.value[motor] === "hold"
                     ? `Hold to turn ${name} at speed ${jogSpeed.value[motor]}`
-                    : `Move ${name} by ${strides.value[motor]}`)
-            }
+                    : `Move ${name} by ${strides.value[motor]}`,
+            )}
             aria-label={`Jog motor ${motor} ${name}`}
             onPointerDown={event => {
                 if (event.button !== 0) return;

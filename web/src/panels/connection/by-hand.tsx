@@ -1,8 +1,9 @@
 // A line by hand, and the lines that were connected to before.
-import { connectTo, far, found, ports, recent, scan, scanned, scanning, underWay } from "../../logic/modules";
+import { connectTo, far, found, ports, recent, scan, scanned, scanning } from "../../logic/modules";
 import { remembered } from "../../logic/settings";
 import { Module } from "./scan";
 import { IconButton } from "../../widgets/basics";
+import { connecting, unless } from "../../logic/hindrance";
 
 const BAUDS = [9600, 14400, 19200, 28800, 38400, 57600, 76800, 115200];
 
@@ -127,13 +128,15 @@ export function ByHand() {
                 <code class="gap">{urlOf(now)}</code>
                 <button
                     type="button"
-                    disabled={!!scanning.value || !!ports.value?.closed}
-                    title="Ask all addresses on this line for their version"
+                    {...unless(
+                        ports.value?.closed || (scanning.value && "A scan is under way"),
+                        "Ask all addresses on this line for their version",
+                    )}
                     onClick={() => scan([line], far.value)}
                 >
                     Scan
                 </button>
-                <button class="primary" disabled={!!underWay.value || !!ports.value?.closed}>
+                <button class="primary" {...unless(ports.value?.closed || connecting.value)}>
                     Connect
                 </button>
             </div>
@@ -156,7 +159,7 @@ export function Recent() {
                             label={`Forget ${url}`}
                             onClick={() => (recent.value = recent.value.filter(other => other !== url))}
                         />
-                        <button disabled={!!underWay.value} onClick={() => connectTo(url)}>
+                        <button {...unless(connecting.value)} onClick={() => connectTo(url)}>
                             Connect
                         </button>
                     </li>

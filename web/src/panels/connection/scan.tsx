@@ -1,6 +1,7 @@
 // What a scan found, and how far it is.
-import { connectTo, far, scan, scanning, stopScan, underWay, unseen } from "../../logic/modules";
+import { connectTo, far, scan, scanning, stopScan, unseen } from "../../logic/modules";
 import type { ScanFound } from "../../wire";
+import { connecting, unless } from "../../logic/hindrance";
 
 export const Module = ({ row }: { row: ScanFound }) => (
     <div class="module">
@@ -8,7 +9,7 @@ export const Module = ({ row }: { row: ScanFound }) => (
             TMCM-{row.model} {row.version}
         </b>
         <span class="mono">{row.place}</span>
-        <button type="button" class="primary" disabled={!!underWay.value} onClick={() => connectTo(row.url)}>
+        <button type="button" class="primary" {...unless(connecting.value)} onClick={() => connectTo(row.url)}>
             Connect
         </button>
     </div>

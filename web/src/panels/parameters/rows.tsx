@@ -1,5 +1,5 @@
 // The cells of the tables of parameters.
-import { ask, online, send, tables } from "../../logic/app";
+import { ask, send, tables } from "../../logic/app";
 import { axisValue, keyOf, onDemand, readNow, refresh, touched } from "../../logic/parameters";
 import { physicalOf, unitsOf } from "../../logic/scales";
 import { rangeText } from "../../logic/units";
@@ -7,6 +7,7 @@ import { Menu } from "../../widgets/basics";
 import { NumberField, SelectField } from "../../widgets/fields";
 import { Icon } from "../../widgets/icons";
 import type { Parameter, Watched } from "../../wire";
+import { offline, unless } from "../../logic/hindrance";
 
 /** The registers of the motion chip and its driver chain: their defaults are the chip's affair, and the manual warns of them. */
 export const ofChip = (row: Parameter): boolean => row.bank === 0 && row.group === tables.value.global_groups[0];
@@ -41,7 +42,7 @@ export function Cell({ row, motor, value }: { row: Parameter; motor: number; val
                     label={label}
                     value={value}
                     choices={row.choices}
-                    disabled={!online.value}
+                    hindrance={offline.value}
                     onCommit={set}
                 />
             ) : (
@@ -51,7 +52,7 @@ export function Cell({ row, motor, value }: { row: Parameter; motor: number; val
                     low={row.low}
                     high={row.high}
                     label={label}
-                    disabled={!online.value}
+                    hindrance={offline.value}
                     onCommit={set}
                 />
             )}
@@ -66,8 +67,7 @@ function Asked({ row, value }: { row: Parameter; value: number | null | undefine
         <td class="cell">
             {value != null && <span class="value">{value}</span>}{" "}
             <button
-                disabled={!online.value}
-                title="Reading it does something in the module, so it is read only when asked for"
+                {...unless(offline.value, "Reading it does something in the module, so it is read only when asked for")}
                 aria-label={`Read ${row.name}`}
                 onClick={() => readNow([{ bank: row.bank, number: row.number, motor: 0 }])}
             >
@@ -131,12 +131,12 @@ export function KeepRow({ row }: { row: Parameter }) {
             <button
                 key={title}
                 role="menuitem"
-                title={
+                {...unless(
+                    offline.value,
                     action === "store"
                         ? "The value of now goes to the EEPROM (STAP)"
-                        : "The stored value comes back (RSAP)"
-                }
-                disabled={!online.value}
+                        : "The stored value comes back (RSAP)",
+                )}
                 onClick={() =>
                     keep(
                         action,

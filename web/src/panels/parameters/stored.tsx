@@ -1,11 +1,12 @@
 // User variables and coordinates.
-import { ask, axisParameter, online, send, tables } from "../../logic/app";
-import { notReady, ready } from "../../logic/authority";
+import { ask, axisParameter, send, tables } from "../../logic/app";
+import { notReady } from "../../logic/authority";
 import { COORDINATE_BANK, globalValue, keyOf, parameters, refresh, touched } from "../../logic/parameters";
 import { NumberField } from "../../widgets/fields";
 import { WhoWrote, WhoWroteOf } from "../past";
 import { want } from "../program";
 import { IconButton } from "../../widgets/basics";
+import { offline, unless, unread } from "../../logic/hindrance";
 
 export function Variables() {
     want("variables");
@@ -17,7 +18,7 @@ export function Variables() {
                     <span>{row.number}</span>
                     <NumberField
                         value={globalValue(row) ?? ""}
-                        disabled={!online.value || globalValue(row) == null}
+                        hindrance={offline.value || unread(globalValue(row))}
                         low={row.low}
                         high={row.high}
                         label={`User variable ${row.number}`}
@@ -94,9 +95,8 @@ export function Coordinates() {
                                 capture
                             </button>
                             <button
-                                disabled={!ready.value}
                                 onClick={() => ask({ call: "go", coordinate: number, motors: [0, 1, 2] })}
-                                title={notReady.value || "Move all motors there (MVP COORD)"}
+                                {...unless(notReady.value, "Move all motors there (MVP COORD)")}
                             >
                                 go
                             </button>

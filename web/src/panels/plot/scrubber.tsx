@@ -7,6 +7,7 @@ import { branch, end, hertz, history, leave, marks, past, readMarks, show } from
 import { time } from "../../logic/app";
 import type { Mark } from "../../wire";
 import { css } from "./curves";
+import { unless } from "../../logic/hindrance";
 
 /** Between two looks for new marks. */
 const EACH_MS = 1500;
@@ -124,7 +125,10 @@ export function Scrubber() {
             </span>
             <output>{seconds(clock)}</output>
             <Branches />
-            <button disabled={!past.value} title="Show the present again (Alt+F2)" onClick={() => void leave()}>
+            <button
+                {...unless(!past.value && "The present is shown", "Show the present again (Alt+F2)")}
+                onClick={() => void leave()}
+            >
                 Live
             </button>
         </div>

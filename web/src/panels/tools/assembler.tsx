@@ -4,6 +4,7 @@ import { compare } from "../../logic/compare";
 import { target } from "../../logic/documents";
 import { options } from "../../logic/options";
 import { Switch } from "../../widgets/basics";
+import { unless } from "../../logic/hindrance";
 
 const MODELS = [341, 342, 343];
 
@@ -41,10 +42,10 @@ export function Assembler() {
             <section class="card">
                 <h3>The program in front</h3>
                 <div class="row">
-                    <button disabled={!target.value} onClick={() => compare("module")}>
+                    <button {...unless(!target.value && "No program is in front")} onClick={() => compare("module")}>
                         Compare with the module
                     </button>
-                    <button disabled={!target.value} onClick={() => compare("disk")}>
+                    <button {...unless(!target.value && "No program is in front")} onClick={() => compare("disk")}>
                         Compare with its file
                     </button>
                 </div>

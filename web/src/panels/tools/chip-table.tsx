@@ -1,9 +1,9 @@
 // A table of the motion chip that is changed as a draft and sent after a summary.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { online } from "../../logic/app";
 import { cells, keepTable, readTable, writeTable, type TableName } from "../../logic/chip_tables";
 import { Empty } from "../../widgets/basics";
+import { offline, unless } from "../../logic/hindrance";
 
 export type Draft = {
     name: TableName;
@@ -41,7 +41,7 @@ export function useDraft(name: TableName): Draft | null {
 /** In place of a table that the module has not sent. */
 export const NotRead = (props: { icon: string; name: TableName; what: string }) => (
     <Empty icon={props.icon} title="Not read yet">
-        <button class="link" disabled={!online.value} onClick={() => readTable(props.name)}>
+        <button class="link" {...unless(offline.value)} onClick={() => readTable(props.name)}>
             Read the {props.what} of the module
         </button>
     </Empty>
@@ -50,39 +50,42 @@ export const NotRead = (props: { icon: string; name: TableName; what: string }) 
 /** Sending a draft, dropping it, and the table in the EEPROM. */
 export function Apply({ draft, title }: { draft: Draft; title: string }) {
     const { name, shown, changed } = draft;
+    const unchanged = !changed && "Nothing differs from the module";
     const send = async () => {
         await writeTable(name, shown, title);
         if (shown.every((cell, at) => cell === cells.peek()[name]?.[at])) draft.take(null);
     };
     return (
         <div class="row">
-            <button class="primary" disabled={!changed || !online.value} onClick={send}>
+            <button class="primary" {...unless(offline.value || unchanged)} onClick={send}>
                 Apply…
             </button>
-            <button disabled={!draft.begun} onClick={() => draft.take(null)}>
+            <button {...unless(!draft.begun && "There is no draft")} onClick={() => draft.take(null)}>
                 Drop the draft
             </button>
             <span class={`pill ${changed ? "warn" : ""}`}>
                 {changed ? `${changed} ${changed === 1 ? "cell is" : "cells are"} not sent` : "as in the module"}
             </span>
-            <span class="gap" />
-            <button disabled={!online.value} onClick={() => readTable(name)}>
-                Read again
-            </button>
-            <button
-                disabled={!online.value || !!changed}
-                title="STGP: the whole table into the EEPROM"
-                onClick={() => keepTable(name, "STGP")}
-            >
-                Store
-            </button>
-            <button
-                disabled={!online.value}
-                title="RSGP: the whole table out of the EEPROM"
-                onClick={() => keepTable(name, "RSGP")}
-            >
-                Restore
-            </button>
+            <span class="keys">
+                <button {...unless(offline.value)} onClick={() => readTable(name)}>
+                    Read again
+                </button>
+                <button
+                    {...unless(
+                        offline.value || (changed > 0 && "Send or drop the draft first"),
+                        "STGP: the whole table into the EEPROM",
+                    )}
+                    onClick={() => keepTable(name, "STGP")}
+                >
+                    Store
+                </button>
+                <button
+                    {...unless(offline.value, "RSGP: the whole table out of the EEPROM")}
+                    onClick={() => keepTable(name, "RSGP")}
+                >
+                    Restore
+                </button>
+            </span>
         </div>
     );
 }

@@ -5,6 +5,7 @@ import { remembered } from "../../logic/settings";
 import { Choice, Empty } from "../../widgets/basics";
 import { Icon } from "../../widgets/icons";
 import { insertIntoEditor } from "../direct";
+import { unless } from "../../logic/hindrance";
 
 export const motor = remembered("tool-motor", 0);
 export const MotorChoice = () => (
@@ -36,7 +37,7 @@ export function Commands({ lines }: { lines: string[] }) {
         <div class="commands">
             <pre>{lines.join("\n")}</pre>
             <button
-                disabled={lines.some(line => line.includes(UNKNOWN))}
+                {...unless(lines.some(line => line.includes(UNKNOWN)) && "Not all of it is read from the module yet")}
                 onClick={() => lines.slice().reverse().forEach(insertIntoEditor)}
             >
                 <Icon name="copy" /> Copy to the editor

@@ -1,8 +1,9 @@
 // The module's configuration: addresses, rates, what happens at power-on.
-import { online, send, tables } from "../../logic/app";
+import { send, tables } from "../../logic/app";
 import { parameters, refresh } from "../../logic/parameters";
 import { NumberField, SelectField } from "../../widgets/fields";
 import { want } from "../program";
+import { offline, unless, unread } from "../../logic/hindrance";
 
 const CONFIGURATION = [
     [
@@ -46,7 +47,7 @@ export function Configuration() {
                                             {now == null ? "unknown" : now ? "locked" : "unlocked"}
                                         </span>
                                         <button
-                                            disabled={now == null || !online.value}
+                                            {...unless(offline.value || unread(now))}
                                             onClick={() => set(now ? 4321 : 1234)}
                                         >
                                             {now ? "Unlock" : "Lock"}
@@ -65,7 +66,7 @@ export function Configuration() {
                                         value={now}
                                         choices={row.choices}
                                         numbers={false}
-                                        disabled={!online.value}
+                                        hindrance={offline.value}
                                         onCommit={set}
                                     />
                                 ) : (
@@ -74,7 +75,7 @@ export function Configuration() {
                                         low={row.low}
                                         high={row.high}
                                         label={row.name}
-                                        disabled={!online.value}
+                                        hindrance={offline.value}
                                         onCommit={set}
                                     />
                                 )}

@@ -1,8 +1,9 @@
 // What the module says of itself, and its factory settings.
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { execute, link, notify, online, welcome } from "../../logic/app";
+import { execute, link, notify, welcome } from "../../logic/app";
 import { refresh } from "../../logic/parameters";
+import { offline, unless } from "../../logic/hindrance";
 
 export function Firmware() {
     const binary = useSignal<number | null>(null);
@@ -71,7 +72,7 @@ export function Firmware() {
                     All stored axis and global parameters go back to their defaults, addresses and baud rate too. The
                     module restarts; the program in it stays.
                 </p>
-                <button class="danger" disabled={!online.value} onClick={reset}>
+                <button class="danger" {...unless(offline.value)} onClick={reset}>
                     Restore factory settings…
                 </button>
             </section>

@@ -1,12 +1,13 @@
 // The load profile: measured by the server, drawn here.
 import { rangeOf } from "../../logic/scales";
 import { ask, welcome } from "../../logic/app";
-import { abort, motionOf, notReady, profilePoints, ready } from "../../logic/authority";
+import { abort, motionOf, notReady, profilePoints } from "../../logic/authority";
 import { remembered } from "../../logic/settings";
 import { offer } from "../../widgets/basics";
 import { LocalNumber } from "../../widgets/fields";
 import { Icon } from "../../widgets/icons";
 import { MotorChoice, NoDrivers, motor } from "./common";
+import { unless } from "../../logic/hindrance";
 
 const range = remembered<{ low: number | null; high: number | null; step: number | null }>("profile", {
     low: 50,
@@ -68,8 +69,7 @@ export function Profile() {
                 ) : (
                     <button
                         class="primary"
-                        disabled={!ready.value || !fits}
-                        title={notReady.value || undefined}
+                        {...unless(notReady.value || (!fits && "Velocities rise from the first to the last"))}
                         onClick={measure}
                     >
                         Measure

@@ -1,14 +1,15 @@
 // The reference search assistant: its parameters, what it will do, and the search itself on the server.
 import { rangeOf } from "../../logic/scales";
 import { useComputed } from "@preact/signals";
-import { ask, axisParameter, can, flag, motorKnown, motors, online, send, setAxis } from "../../logic/app";
-import { abort, motionOf, notReady, ready } from "../../logic/authority";
+import { ask, axisParameter, can, flag, motorKnown, motors, send, setAxis } from "../../logic/app";
+import { abort, motionOf, notReady } from "../../logic/authority";
 import { refresh } from "../../logic/parameters";
 import { grouped } from "../../logic/units";
 import { NumberField, SelectField } from "../../widgets/fields";
 import { StopSwitch } from "../bench";
 import { want } from "../program";
 import { Commands, MotorChoice, known, motor, setting } from "./common";
+import { offline, unless, unread } from "../../logic/hindrance";
 
 function switchText(of: number, side: "left" | "right"): string {
     if (!motorKnown(of, "flags")) return "unknown";
@@ -59,7 +60,7 @@ export function Reference() {
                         label="Referencing mode"
                         value={mode ?? null}
                         choices={row.choices}
-                        disabled={known("reference_mode") === undefined}
+                        hindrance={unread(known("reference_mode"))}
                         onCommit={set("reference_mode")}
                     />
                 </label>
@@ -67,7 +68,7 @@ export function Reference() {
                     Search speed (194)
                     <NumberField
                         value={known("reference_search_speed") ?? ""}
-                        disabled={known("reference_search_speed") === undefined}
+                        hindrance={unread(known("reference_search_speed"))}
                         {...rangeOf("reference_search_speed")}
                         label="Search speed"
                         onCommit={set("reference_search_speed")}
@@ -77,7 +78,7 @@ export function Reference() {
                     Switch speed (195)
                     <NumberField
                         value={known("reference_switch_speed") ?? ""}
-                        disabled={known("reference_switch_speed") === undefined}
+                        hindrance={unread(known("reference_switch_speed"))}
                         {...rangeOf("reference_switch_speed")}
                         label="Switch speed"
                         onCommit={set("reference_switch_speed")}
@@ -91,14 +92,13 @@ export function Reference() {
             </ol>
             <div class="row">
                 {searching ? (
-                    <button class="primary" disabled={!online.value} onClick={endSearch}>
+                    <button class="primary" {...unless(offline.value)} onClick={endSearch}>
                         Abort the search
                     </button>
                 ) : (
                     <button
                         class="primary"
-                        disabled={!ready.value}
-                        title={notReady.value || undefined}
+                        {...unless(notReady.value)}
                         onClick={() => ask({ call: "search", motor: motor.value })}
                     >
                         Start the search

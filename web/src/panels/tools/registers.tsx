@@ -8,6 +8,7 @@ import type { RegisterShape } from "../../wire";
 import { Choice } from "../../widgets/basics";
 import { NumberField } from "../../widgets/fields";
 import { Icon } from "../../widgets/icons";
+import { offline, unless } from "../../logic/hindrance";
 
 const shownMotor = remembered("register-motor", 0);
 const filter = remembered("register-filter", "");
@@ -76,7 +77,9 @@ function Chips() {
                             <th scope="col">index</th>
                             <th scope="col">24 bits</th>
                             <th scope="col">fields</th>
-                            <th scope="col">datasheet</th>
+                            <th scope="col" title="Section of the datasheet">
+                                sheet
+                            </th>
                         </tr>
                     </thead>
                     <tbody>
@@ -126,7 +129,7 @@ function BankZero() {
                 the drivers.
             </p>
             <div class="row">
-                <button disabled={!online.value} onClick={read}>
+                <button {...unless(offline.value)} onClick={read}>
                     Read them
                 </button>
             </div>
@@ -145,7 +148,7 @@ function BankZero() {
                                     low={row.low}
                                     high={row.high}
                                     label={row.name}
-                                    disabled={!online.value}
+                                    hindrance={offline.value}
                                     onCommit={next => send("SGP", row.number, 0, next).then(read)}
                                 />
                             ) : (

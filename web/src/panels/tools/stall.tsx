@@ -2,7 +2,7 @@
 import { rangeOf } from "../../logic/scales";
 import { useComputed } from "@preact/signals";
 import { ask, can, flag, motorKnown, motors, send, setAxis, welcome } from "../../logic/app";
-import { notReady, ready } from "../../logic/authority";
+import { notReady } from "../../logic/authority";
 import { refresh } from "../../logic/parameters";
 import { remembered } from "../../logic/settings";
 import { Icon } from "../../widgets/icons";
@@ -10,6 +10,7 @@ import { LocalNumber, NumberField, SelectField } from "../../widgets/fields";
 import { Drag } from "../bench";
 import { want } from "../program";
 import { Commands, MotorChoice, NoDrivers, known, motor, setting } from "./common";
+import { unless, unread } from "../../logic/hindrance";
 
 const stallSpeed = remembered<number | null>("stall-speed", 500);
 
@@ -23,7 +24,7 @@ export function Stall() {
     const told = motorKnown(motor.value, "load");
     const turn = (direction: -1 | 1) =>
         ask({ call: "turn", motor: motor.value, velocity: direction * stallSpeed.value! });
-    const still = !ready.value || stallSpeed.value === null;
+    const still = notReady.value || (stallSpeed.value === null && "Type a velocity first");
     return (
         <div class="tool-body">
             <div class="row">
@@ -43,7 +44,7 @@ export function Stall() {
                     Acceleration (5)
                     <NumberField
                         value={known("max_acceleration") ?? ""}
-                        disabled={known("max_acceleration") === undefined}
+                        hindrance={unread(known("max_acceleration"))}
                         {...rangeOf("max_acceleration")}
                         label="Acceleration"
                         onCommit={value => setAxis("max_acceleration", motor.value, value).then(refresh)}
@@ -51,13 +52,13 @@ export function Stall() {
                 </label>
             </div>
             <div class="row">
-                <button disabled={still} title={notReady.value || undefined} onClick={() => turn(-1)}>
+                <button {...unless(still)} onClick={() => turn(-1)}>
                     <Icon name="turnLeft" /> Rotate left
                 </button>
                 <button onClick={() => send("MST", 0, motor.value)}>
                     <Icon name="stop" /> Stop
                 </button>
-                <button disabled={still} title={notReady.value || undefined} onClick={() => turn(1)}>
+                <button {...unless(still)} onClick={() => turn(1)}>
                     <Icon name="turnRight" /> Rotate right
                 </button>
                 {flag(motor.value, "stalled") && <span class="pill bad">stalled</span>}
@@ -79,7 +80,7 @@ export function Stall() {
                     value={threshold ?? null}
                     choices={THRESHOLDS}
                     numbers={false}
-                    disabled={threshold === undefined}
+                    hindrance={unread(threshold)}
                     onCommit={value => void setAxis("stall_threshold", motor.value, value).then(refresh)}
                 />
             </label>
