@@ -191,12 +191,11 @@ class AxisState:
 
         Source: TMC429 datasheet 8.1.3; fidelity FW-49.
         """
-        return self.at_target and self.stays
-
-    @property
-    def stays(self) -> bool:
-        """Whether a motor at its target does not pass it."""
-        return self.open or abs(self.read(V_ACTUAL)) <= self.values[AP.MIN_SPEED]
+        reply = self.transfer(self.ask_speed)
+        if not reply & self.at_target_bit:
+            return False
+        speed = reply & V_ACTUAL.mask
+        return self.open or min(speed, V_ACTUAL.mask + 1 - speed) <= self.values[AP.MIN_SPEED]
 
     @property
     def at_rest(self) -> bool:
@@ -218,6 +217,11 @@ class AxisState:
         """Whether the motor goes on as it does now: at rest at its target, or in velocity mode at its target speed."""
         if self.read(RAMP_MODE) == VELOCITY:
             return self.read(V_ACTUAL) == self.read(V_TARGET)
+        return self.settled
+
+    @property
+    def settled(self) -> bool:
+        """Whether the motor is at rest at its target position."""
         reply = self.transfer(self.ask_speed)
         return not reply & V_ACTUAL.mask and bool(reply & self.at_target_bit)
 

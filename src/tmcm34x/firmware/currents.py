@@ -53,13 +53,13 @@ def reschedule(core: ModuleState) -> None:
 # Motion
 
 
-def started(core: ModuleState, axis: AxisState) -> None:
+def started(core: ModuleState, axis: AxisState, *, steady: bool) -> None:
     """A command may have set a motor in motion: full current, and a look as soon as it must be under way.
 
-    A command that leaves the motor as it is starts nothing (fidelity FW-41).
+    steady: whether the motor goes on as it does now; such a command starts nothing (fidelity FW-41)
     """
-    core.touched = True
-    if axis.steady:
+    core.touched |= axis.bit
+    if steady:
         return
     if not axis.moving:
         begin(core, axis)
@@ -161,10 +161,11 @@ def watched(core: ModuleState, axis: AxisState) -> bool:
 
 def plan_poll(core: ModuleState) -> None:
     """Poll in the next period of 5 ms if any motor needs it."""
-    if not any(axis.moving and watched(core, axis) for axis in core.axes):
-        core.poll_due = NEVER
-    elif core.poll_due == NEVER:
-        core.poll_due = next_grid(core.now)
+    for axis in core.axes:
+        if axis.moving and watched(core, axis):
+            core.poll_due = min(core.poll_due, next_grid(core.now))
+            return
+    core.poll_due = NEVER
 
 
 def choose_pattern(core: ModuleState, axis: AxisState) -> None:

@@ -24,7 +24,7 @@ from tmcm34x.firmware.parameters.tables import tables
 from tmcm34x.firmware.peek import peek
 from tmcm34x.firmware.power import settle
 from tmcm34x.firmware.program import StandAloneProgram
-from tmcm34x.firmware.state import INSTRUCTION_CLOCKS, ModuleState
+from tmcm34x.firmware.state import ALL_MOTORS, INSTRUCTION_CLOCKS, ModuleState
 from tmcm34x.tmcl.axis_parameters import STANDARD
 from tmcm34x.tmcl.numbers import GP
 
@@ -204,7 +204,8 @@ class FirmwareModule(ModuleState):
         while self.outbox and self.outbox[0].due <= now:
             _, port, data = self.outbox.popleft()
             port.deliver(data)
-        self.touched = self.touched or not self.outbox
+        if not self.outbox:
+            self.touched = ALL_MOTORS
 
     def _note_pins(self) -> None:
         if self.powered:

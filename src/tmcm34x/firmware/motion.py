@@ -43,14 +43,14 @@ def enter_ramp_mode(core: ModuleState, axis: AxisState, mode: int) -> None:
     """Position mode (0) or soft mode (1), limited by parameter 4."""
     axis.restore_limits()
     axis.write(RAMP_MODE, mode)
-    started(core, axis)
+    started(core, axis, steady=axis.settled)
 
 
 def rotate(core: ModuleState, axis: AxisState, velocity: int) -> None:
     """Turn at `velocity` (-2047..2047) until the next motion command."""
     enter_velocity_mode(axis)
     axis.write(V_TARGET, velocity)
-    started(core, axis)
+    started(core, axis, steady=axis.steady)
 
 
 def stop(core: ModuleState, axis: AxisState) -> None:
@@ -103,7 +103,7 @@ def move_interpolated(core: ModuleState, targets: Sequence[tuple[AxisState, int]
         else:
             axis.scale_limits(speed, acceleration)
         axis.write(RAMP_MODE, RAMP)
-        started(core, axis)
+        started(core, axis, steady=axis.settled)
 
 
 def _distance(start: int, end: int) -> int:

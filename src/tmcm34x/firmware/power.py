@@ -63,8 +63,9 @@ def stop_firmware(core: ModuleState) -> None:
 
 def settle(core: ModuleState) -> None:
     """Do what follows from a command at once: 138's second reply, another baud rate."""
-    core.touched = False
-    supervision.answer_requests(core)
+    motors, core.touched = core.touched, 0
+    if core.requests:
+        supervision.answer_requests(core, motors)
     if not core.outbox:
         core.baud_index = core.eeprom.global_values[GP.BAUD_RATE]
 

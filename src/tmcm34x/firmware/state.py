@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from tmcm34x.tmcl.datagram import Instruction
     from tmcm34x.tmcl.global_parameters import GlobalParameter
 
+ALL_MOTORS: Final = (1 << MOTORS) - 1
+"""Bits of all motors."""
+
 INSTRUCTION_CLOCKS: Final = MS // 10
 """Time of one instruction of a program: an assumption of the right order of magnitude (fidelity FW-92)."""
 
@@ -195,8 +198,8 @@ class ModuleState:
         """Global parameter 255: no replies."""
         self.tick_origin = 0
         """Millisecond of the clock at which the tick timer would have been 0."""
-        self.touched = False
-        """Something was done after which `settle` must be called at this clock."""
+        self.touched = 0
+        """Motors, as bits, that something was done to after which `settle` must be called at this clock."""
         self.shut_down = False
         """Whether the SHUTDOWN pin is active."""
         self.shutdown_due = self.poll_due = self.heartbeat_due = self.can_heartbeat_due = NEVER

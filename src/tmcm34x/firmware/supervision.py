@@ -14,21 +14,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.chips.ramp import signed24
-from tmcm34x.chips.registers import READ
 from tmcm34x.clock import MS, NEVER
 from tmcm34x.firmware import currents, drivers, encoder
 from tmcm34x.firmware.axis import A_ACTUAL, V_ACTUAL, V_TARGET, X_ACTUAL
 from tmcm34x.firmware.currents import reschedule
 from tmcm34x.firmware.reference import halt_motor, stop_motor
-from tmcm34x.firmware.state import Request
+from tmcm34x.firmware.state import ALL_MOTORS, Request
 from tmcm34x.tmcl.numbers import AP, GP
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.axis import AxisState
     from tmcm34x.firmware.roles import Port
     from tmcm34x.firmware.state import ModuleState
-
-ALL_MOTORS: Final = 7
 
 STALLED: Final = 1
 DEVIATED: Final = 2
@@ -40,16 +37,23 @@ def advance(core: ModuleState, now: int, motors: int) -> None:
 
     motors: those that the motion chips have an event of, as bits
     """
-    shutdown = now >= core.shutdown_due
+    due = now >= core.due
+    shutdown = due and now >= core.shutdown_due
     if shutdown:
         core.shutdown_due = NEVER
         _look_at_shutdown(core)
     for axis in core.axes:
-        if shutdown or now >= axis.look_due or (axis.moving and motors & axis.bit):
-            motors |= axis.bit
+        if (axis.moving and motors & axis.bit) or (due and (shutdown or now >= axis.look_due)):
             _look(core, axis, now)
-    if motors:
+    if motors and core.requests:
         answer_requests(core, motors)
+    if due:
+        _do_later(core, now)
+    reschedule(core)
+
+
+def _do_later(core: ModuleState, now: int) -> None:
+    """What is due after the looks: polling, what follows from rest, the heartbeat."""
     if now >= core.poll_due:
         _poll(core)
     for axis in core.axes:
@@ -57,7 +61,6 @@ def advance(core: ModuleState, now: int, motors: int) -> None:
             _rest(core, axis, now)
     if now >= core.heartbeat_due or now >= core.can_heartbeat_due:
         _lose_heartbeat(core)
-    reschedule(core)
 
 
 def _rest(core: ModuleState, axis: AxisState, now: int) -> None:
@@ -107,38 +110,24 @@ def request_target_reached(core: ModuleState, port: Port, mask: int, size: int) 
     """Tell `port` once all motors of `mask` are at their targets; one request for each port."""
     core.requests = [row for row in core.requests if row.port is not port]
     core.requests.append(Request(port, mask, size))
-    core.touched = True
+    core.touched |= mask or ALL_MOTORS
 
 
-def answer_requests(core: ModuleState, motors: int = ALL_MOTORS) -> None:
+def answer_requests(core: ModuleState, motors: int) -> None:
     """Send the second reply of every command 138 whose motors are at their targets.
 
     motors: those that may have come there since the last look, as bits
     """
-    if not core.requests:
-        return
-    asked = 0
-    for row in core.requests:
-        if row.mask & motors:
-            asked |= row.mask
-    missing = ~_reached(core, asked) if asked else ~0
-    due = [row for row in core.requests if not row.mask & missing]
+    due = [row for row in core.requests if (row.mask & motors or not row.mask) and _reached(core, row.mask)]
     if due:
-        core.requests = [row for row in core.requests if row.mask & missing]
+        core.requests = [row for row in core.requests if row not in due]
         for row in due:
             row.port.target_reached(row.mask, row.size)
 
 
-def _reached(core: ModuleState, motors: int) -> int:
-    """Those of the motors, as bits, that have come to their targets; a reply of each chip tells who may have."""
-    reached, chip, reply = 0, -1, 0
-    for axis in core.axes:
-        if motors & axis.bit:
-            if axis.chip != chip:
-                chip, reply = axis.chip, axis.transfer(READ)
-            if reply & axis.at_target_bit and axis.stays:
-                reached |= axis.bit
-    return reached
+def _reached(core: ModuleState, motors: int) -> bool:
+    """Whether all of some motors have come to their targets."""
+    return all(axis.reached for axis in core.axes if motors & axis.bit)
 
 
 # Polling
@@ -227,7 +216,7 @@ def settings_changed(core: ModuleState) -> None:
     if not core.can_heartbeat:
         core.can_heartbeat_due = NEVER
     shutdown_changed(core)
-    core.touched = True
+    core.touched = ALL_MOTORS
 
 
 def _lose_heartbeat(core: ModuleState) -> None:

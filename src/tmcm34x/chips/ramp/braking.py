@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from functools import partial
-from math import isqrt, sqrt
+from functools import lru_cache
+from math import isqrt
 from typing import Final
 
 from tmcm34x.chips.ramp.law import FARTHEST, Law
@@ -20,9 +20,6 @@ _FEW: Final = 4
 
 BEYOND: Final = -TURN << 11
 """Left of the way where a walk need not stop short of anything."""
-
-COMPILED: Final = not __file__.endswith(".py")
-"""Compiled, the root of a number of less than 50 bits is found faster as that of a float, and is the same."""
 
 
 class Braking(Part):
@@ -171,28 +168,26 @@ class Braking(Part):
         """
         law = self.law
         n, speed, way = place
-        step, factor, shift = law.a_max, law.factor, law.shift
-        pulses, interval = 1 << law.rise, law.ramp_mask + 1
+        step, pulses, interval = law.a_max, 1 << law.rise, law.ramp_mask + 1
         near = max(left, self._near)
         if way <= near:
             return place
         room = min(until - n >> law.ramp_div, self.EVERY)
-        root = partial(_shifted_root, shift) if shift else isqrt
         way -= 1
-        fastest = max(speed >> 8, root(factor * (way >> 11)))
+        factor, shift = law.factor, law.shift
+        roots = _roots(factor, shift, way >> 11)
+        fastest = max(speed >> 8, isqrt(factor * (way >> 11) >> shift))
         while room > 0 and way >= near:
             before = n, speed, way + 1
             count = max(1, min(room, (way - near) // (fastest * pulses)))
             for _ in range(count):
                 speed -= step
-                slowest = speed >> 8
-                square = factor * (way >> 11)
-                v = int(sqrt(float(square >> shift))) if COMPILED else root(square)
-                if v > slowest:
-                    speed = v * 256
-                else:
-                    v = slowest
-                way -= v * pulses
+                root = roots[way >> 11]
+                if not root:
+                    root = roots[way >> 11] = isqrt(factor * (way >> 11) >> shift) << 8
+                if root > speed:  # noqa: PLR1730 - a call would cost as much as the rest of the round
+                    speed = root
+                way -= (speed >> 8) * pulses
             if way < left:
                 return before
             n += count * interval
@@ -238,8 +233,19 @@ class Braking(Part):
         return place
 
 
-def _shifted_root(shift: int, square: int) -> int:
-    return isqrt(square >> shift)
+def _roots(factor: int, shift: int, farthest: int) -> list[int]:
+    """The braking velocity in 1/256 at each distance up to one, as far as it was asked for; 0 where it was not."""
+    roots = _known_roots(factor, shift)
+    missing = farthest + 1 - len(roots)
+    if missing > 0:
+        roots += [0] * missing
+    return roots
+
+
+@lru_cache(16)
+def _known_roots(_factor: int, _shift: int) -> list[int]:
+    """The list of `_roots`, the same for all axes with these braking factors."""
+    return []
 
 
 def _ahead(place: Place) -> int:

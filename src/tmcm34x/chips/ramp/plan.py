@@ -24,8 +24,7 @@ def brakes(law: Law, start: RampState, aim: int) -> bool:
         and max(direction * aim - law.a_max, 0) <= direction * start.v
         and direction * aim < law.v_max << 8
         and law.a_max > 0
-        and not law.windowed(direction)
-        and not law.blocked(direction, start.x)
+        and not ((law.left or law.right) and (law.windowed(direction) or law.blocked(direction, start.x)))
     )
 
 
@@ -41,7 +40,7 @@ def simple_part(law: Law, start: RampState, aim: int) -> Coast | Change:
     if law.mode <= SOFT and x == law.x_target and speed >> 8 <= law.v_min:
         return _coast(law, start, direction, 0)
     new = min(speed + step, aim) if speed < aim else max(speed - step, aim)
-    if new and law.blocked(direction if new > 0 else -direction, x):
+    if new and (law.left or law.right) and law.blocked(direction if new > 0 else -direction, x):
         return _stop(law, start, direction, step, new, aim)
     if new < 0:
         return _coast(law, start, -direction, -new, once=True)
@@ -144,7 +143,7 @@ def _room(law: Law, x: int, direction: int) -> int:
         distance = law.distance(x)
         ahead = direction * distance
         room = 1 if distance in (0, -HALF_TURN) else ahead if ahead > 0 else HALF_TURN + ahead
-    if law.windowed(direction):
+    if law.dx_ref_tolerance and law.windowed(direction):
         inside, outside = -direction * law.dx_ref_tolerance, direction * (law.dx_ref_tolerance + 1)
         room = min(
             room, (direction * (inside - x) - 1) % TURN + 1, (direction * (outside - x) - 1) % TURN + 1

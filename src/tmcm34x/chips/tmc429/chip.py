@@ -155,8 +155,8 @@ class Tmc429(Core):
         """What is due at `now` happens."""
         tick = self.tick()
         changed = 0
-        for motor in MOTORS:
-            if self.marks[motor] == tick:
+        for motor, mark in enumerate(self.marks):
+            if mark == tick:
                 if not self.axes[motor].bend:
                     changed |= 1 << motor
                     self.stays[motor] = None
@@ -164,7 +164,9 @@ class Tmc429(Core):
         if self.flight == self.now:
             changed = ALL_MOTORS
             chain.arrived(self)
-        elif chain.wanted(self) and chain.requested(self, tick - 1) == tick:
+        elif (
+            (self.armed or self.unsampled) and chain.wanted(self) and chain.requested(self, tick - 1) == tick
+        ):
             chain.send(self)
         self.changed, self.changed_at = changed, self.now
         self.due = self.status = -1
@@ -174,7 +176,7 @@ class Tmc429(Core):
         axis = self.axes[motor]
         if interrupts.listens(self, motor):
             interrupts.raise_flags(self, motor, interrupts.conditions(self, motor, axis.at(tick - 1)))
-        if chain.wanted(self) and axis.at(tick - 1).x != axis.at(tick).x:
+        if (self.armed or self.unsampled) and chain.wanted(self) and axis.at(tick - 1).x != axis.at(tick).x:
             chain.send(self)
         axis.forget(tick)
         if self.on_plan:

@@ -91,7 +91,7 @@ def _move_group(core: ModuleState, type_: int, axes: list[AxisState], value: int
         targets = [axis.read(X_ACTUAL) + value for axis in axes]
     else:
         targets = [value] * len(axes)
-    if any(not POSITION_MIN <= target <= POSITION_MAX for target in targets):
+    if min(targets) < POSITION_MIN or max(targets) > POSITION_MAX:
         return Status.INVALID_VALUE
     for axis, target in zip(axes, targets, strict=True):
         _free(axis)

@@ -105,7 +105,7 @@ def write_ram(core: ModuleState, axis: AxisState, number: int, value: int) -> St
 
 def _write_chip(core: ModuleState, axis: AxisState, number: int, value: int) -> Status:
     axis.write(_CHIP_FIELDS[number], value)
-    currents.started(core, axis)
+    currents.started(core, axis, steady=axis.steady)
     watched = core.observers or core.on_event
     if watched and number == AP.TARGET_POSITION and axis.read(_CHIP_FIELDS[AP.RAMP_MODE]) == VELOCITY:
         core.tell("no_positioning", axis.motor)
@@ -116,7 +116,7 @@ def _write_ramp_mode(core: ModuleState, axis: AxisState, _number: int, mode: int
     """Change the mode as the motion commands do, with the speed limit that belongs to it."""
     if mode == VELOCITY:
         motion.enter_velocity_mode(axis)
-        currents.started(core, axis)
+        currents.started(core, axis, steady=axis.steady)
     else:
         motion.enter_ramp_mode(core, axis, mode)
     return OK
