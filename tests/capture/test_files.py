@@ -6,10 +6,12 @@ import subprocess
 
 import pytest
 
+from tmcm34x.bench import simple_rig
 from tmcm34x.bench.session.language import parse
 from tmcm34x.bench.session.runner import make_rig, play
 from tmcm34x.bench.session.wires import MemorySerial
 from tmcm34x.capture import candump, files, hexlog, pcapng, session_file
+from tmcm34x.capture.check import check
 from tmcm34x.capture.dissector import dissector
 from tmcm34x.capture.latency import rows, summary
 from tmcm34x.capture.record import Record, RecordingError, from_sink
@@ -70,7 +72,18 @@ def same(found, expected, *, lines=True):
 @pytest.mark.parametrize("records", [SERIAL, CAN])
 def test_a_session_gives_back_what_was_recorded(records, tmp_path):
     text = session_file.write(records)
-    same(session_file.read(text, tmp_path), records, lines=False)
+    same(session_file.read(text, tmp_path), records)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_session_keeps_lines_of_both_kinds_apart(order, tmp_path):
+    """As `serve --record` with a pseudo terminal and a CAN bus writes it."""
+    serial = [asked("GAP 4, 0", 0), answered(100, 6, 1000, 0)]
+    first, second = (serial, CAN[:2])[::order]
+    mixed = [record for pair in zip(first, second, strict=True) for record in pair]
+    records = [record._replace(time_ns=number * MS) for number, record in enumerate(mixed)]
+    same(session_file.read(session_file.write(records), tmp_path), records)
+    assert check(records, simple_rig()) == []
 
 
 def test_a_session_says_in_words_what_words_can_say():

@@ -158,7 +158,10 @@ def test_faults_of_the_line(bench):
         bench.ask(10, 66, 0)
     assert bench.ask(10, 66, 0).status == 100
     bench.do("fault", fault="garble")
-    bench.do("clear")
+    assert bench.do("clear", fault="garbel")["error"].startswith(
+        "there is no fault 'garbel'; there are silent"
+    )
+    bench.do("clear", fault="garble")
     assert bench.ask(10, 66, 0).status == 100
     assert bench.do("counters")["faults"] == {"bad_checksum": 1}
     bench.do("fault", fault="disconnect")

@@ -360,6 +360,8 @@ def test_expectations_of_the_bench_file_are_checked(run):
     status, _, err = run(program, "--bench", bench)
     assert status == 4
     assert "tmcm34x run: bench.toml: 'always: outputs 00000000' of event[0] failed at 0." in err
+    (failure,) = json.loads(run(program, "--bench", bench, "--json")[1])["failures"]
+    assert failure.startswith("'always: outputs 00000000' of event[0] failed at 0.")
 
 
 def test_coverage_adds_up_over_runs(run):

@@ -1,11 +1,13 @@
 """Recordings as sessions: every line carries its time, and says what it says in words where words give its bytes.
 
 Requests become commands, replies a status and a value; what these would not give back byte for byte stays in
-hexadecimal.
+hexadecimal.  A remark `# line NAME` says on which line the following was recorded.
 """
 
 from __future__ import annotations
 
+import re
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Final
@@ -28,6 +30,7 @@ from tmcm34x.tmcl.datagram import (
 from tmcm34x.tmcl.mnemonic import format_instruction, parse_instruction
 from tmcm34x.tmcl.telegrams import Direction
 
+_LINE: Final = re.compile(r"# line (.+?)\s*\Z")
 HOST: Final = 2
 MODULE: Final = 1
 
@@ -40,6 +43,7 @@ class SessionWriter:
         self._address, self._host = MODULE, HOST
         self._asked: Instruction | None = None
         self._line = ""
+        self._can = False
         self._start_ns: int | None = None
 
     def head(self, can: bool) -> str:
@@ -51,7 +55,8 @@ class SessionWriter:
         text = ""
         if self._start_ns is None:
             self._start_ns = origin_ns([record])
-            text = self.head(record.kind == "frame")
+            self._can = record.kind == "frame"
+            text = self.head(self._can)
         if record.line != self._line:
             self._line = record.line
             text += f"# line {record.line}\n"
@@ -62,7 +67,9 @@ class SessionWriter:
     def _body(self, record: Record) -> str:
         self._addresses = ""
         words = self._request(record) if record.direction == ">" else self._reply(record)
-        if words:
+        if words and self._can == (
+            record.kind == "frame"
+        ):  # words are of the kind of line that the head names
             return words
         if record.kind == "frame":
             return f"id ${record.identifier:x}: {record.data.hex(' ')}"
@@ -112,10 +119,29 @@ def write(records: Iterable[Record]) -> str:
 
 def read(text: str, path: Path) -> list[Record]:
     """The records of a session; events and measurements in it are passed over.  Raises `SessionSyntaxError`."""
-    return [record for case in parse(text, path) for record in _records(case)]
+    lines = _Lines(text)
+    return [
+        record._replace(line=lines.of(number))
+        for case in parse(text, path)
+        for number, record in _records(case)
+    ]
 
 
-def _records(case: Case) -> Iterator[Record]:
+class _Lines:
+    """Which line of a recording its remarks `# line NAME` name for what follows them."""
+
+    def __init__(self, text: str) -> None:
+        found = enumerate(map(_LINE.match, text.splitlines()), 1)
+        self._named = [(number, match.group(1)) for number, match in found if match]
+
+    def of(self, number: int) -> str:
+        """The name for line `number` of the text."""
+        place = bisect_left(self._named, (number,))
+        return self._named[place - 1][1] if place else "session"
+
+
+def _records(case: Case) -> Iterator[tuple[int, Record]]:
+    """What is sent and received in a case, with the number of the line of text."""
     can = "serial" not in case.kinds
     address, host, now, number = MODULE, HOST, 0, 0
     for step in case.steps:
@@ -131,25 +157,25 @@ def _records(case: Case) -> Iterator[Record]:
             case actions.Send(instruction):
                 number = instruction.number
                 data = pack_can_request(instruction) if can else pack_request(address, instruction)
-                yield _record(time_ns, direction, data, address if can else NO_IDENTIFIER)
+                yield step.line, _record(time_ns, direction, data, address if can else NO_IDENTIFIER)
             case actions.SendFrame(identifier, data) | actions.Frame(identifier, data):
                 number = data[0] if action.asks and data else number
-                yield _record(time_ns, direction, data, identifier)
+                yield step.line, _record(time_ns, direction, data, identifier)
             case actions.SendBytes(data) | actions.Bytes(data):
                 number = _number(data, number) if action.asks else number
-                yield _record(time_ns, direction, data)
+                yield step.line, _record(time_ns, direction, data)
             case actions.ExpectedReply(status, low, _, command):
                 reply = Reply(host & 0xFF, address, status, command or number, low or 0)
                 data = pack_can_reply(reply) if can else pack_reply(reply)
-                yield _record(time_ns, direction, data, host if can else NO_IDENTIFIER)
+                yield step.line, _record(time_ns, direction, data, host if can else NO_IDENTIFIER)
             case _:
                 pass
 
 
 def _record(time_ns: int, direction: Direction, data: bytes, identifier: int = NO_IDENTIFIER) -> Record:
     if identifier != NO_IDENTIFIER:
-        return Record(time_ns, "session", direction, "frame", data, identifier)
-    return Record(time_ns, "session", direction, "telegram" if len(data) == 9 else "incomplete", data)
+        return Record(time_ns, "", direction, "frame", data, identifier)
+    return Record(time_ns, "", direction, "telegram" if len(data) == 9 else "incomplete", data)
 
 
 def _number(data: bytes, default: int) -> int:

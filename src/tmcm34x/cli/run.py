@@ -206,7 +206,9 @@ def command(**options: Any) -> int:
         report = Report(run, recording.figures, file, assembly)
         _go(run, report, recording, options)
         recording.finish()
-    click.echo(json.dumps(report.summary(), indent=2) if options["as_json"] else str(report), err=aside)
+    failures = [str(failure) for failure in watch.failures] if watch else []
+    summary = {**report.summary(), "failures": failures}
+    click.echo(json.dumps(summary, indent=2) if options["as_json"] else str(report), err=aside)
     run.module.program.count(None)
     if options["save_state"]:
         state.write(options["save_state"], rig)
@@ -219,9 +221,9 @@ def command(**options: Any) -> int:
             click.echo("\n" + coverage.profile(assembly, counts, run.module), err=aside or options["as_json"])
     if run.ending == INTERRUPTED:
         return 130
-    for failure in watch.failures if watch else ():
+    for failure in failures:
         _report(f"{options['bench']}: {failure}")
-    if watch and watch.failures:
+    if failures:
         return UNFULFILLED
     return PROGRAM_ERROR if run.refusals else 0
 

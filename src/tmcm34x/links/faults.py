@@ -82,6 +82,14 @@ class Fault(NamedTuple):
         )
 
 
+def kind_named(name: str) -> Kind:
+    """The row of `KINDS` with this name; raises `FaultError`."""
+    kind = BY_NAME.get(name)
+    if kind is None:
+        raise FaultError(f"there is no fault {name!r}; there are {', '.join(BY_NAME)}")
+    return kind
+
+
 def fault(
     name: str,
     value: float | None = None,
@@ -92,9 +100,7 @@ def fault(
     after: int = 0,
 ) -> Fault:
     """The fault `name`; raises `FaultError` for what does not exist or is out of range."""
-    kind = BY_NAME.get(name)
-    if kind is None:
-        raise FaultError(f"there is no fault {name!r}; there are {', '.join(BY_NAME)}")
+    kind = kind_named(name)
     if not 0 < probability <= 1:
         raise FaultError(f"{name}: probability must be more than 0 and at most 1, not {probability:g}")
     if (count is not None and count < 1) or after < 0:

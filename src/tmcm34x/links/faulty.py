@@ -17,7 +17,7 @@ from functools import partial
 from typing import Final
 
 from tmcm34x.links import BusPeer, Connect, ConnectBus, Peer, Plug, Send, SendFrame
-from tmcm34x.links.faults import Fault, FaultError, Piece, parse
+from tmcm34x.links.faults import Fault, FaultError, Piece, kind_named, parse
 from tmcm34x.links.timing import Timing
 from tmcm34x.tmcl.datagram import (
     SIZE,
@@ -92,8 +92,9 @@ class Faults:
         return armed
 
     def clear(self, name: str | None = None) -> None:
-        """End the faults of one kind, or all."""
-        self.armed = [each for each in self.armed if name is not None and each.fault.kind.name != name]
+        """End the faults of one kind, or all.  Raises `FaultError` for a name that no fault has."""
+        kind = None if name is None else kind_named(name)
+        self.armed = [each for each in self.armed if kind is not None and each.fault.kind is not kind]
 
     def cut(self, fault: Fault) -> None:
         """Do at once what `disconnect` or `unplug` does."""

@@ -168,7 +168,8 @@ class Control:
 
     async def do_clear(self, request: Request) -> ControlReply:
         """End the faults of one kind, `fault`, or all."""
-        self._faults().clear(request.get("fault"))
+        name = request.get("fault")
+        self._faults().clear(None if name is None else str(name))
         return {}
 
     def _faults(self) -> Faults:
