@@ -11,7 +11,12 @@ the machine counts least.
 
 Must reach: 0.95 of the echo's round trips on the compiled core, 0.85 in Python; 99th percentile under 1 ms.  With a
 memory file: 0.95 of the round trips without one for commands that store nothing, and 2,000 stores a second.  With a
-control socket that is not used, and with a history: 0.97 of the round trips without, by processor time of the server.
+control socket that is not used, and with a history: 0.97 of the round trips without.
+
+What a memory file, a control socket and a history cost is told by the processor time of the servers, threads included,
+the median of several pairs of processes.  Wall time cannot tell it: counted in turns of 0.12 s beside a third turn of
+stores, a server without a memory file had 0.75 to 0.93 of the round trips of its like, because the system gives less to
+the process that has worked more.
 """
 
 import os
@@ -22,6 +27,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from core import NAME, mark
@@ -32,6 +38,10 @@ LEAST = mark(0.95, 0.85)
 """Of the echo's round trips."""
 TURNS = 25
 TURN_S = 0.12
+PAIRS = 5
+"""Of server processes: where its memory happens to lie makes a process 2 % faster or slower than its like."""
+GAP = pack_request(1, Instruction(6, 1, 0))
+STORE = pack_request(1, Instruction(9, 68, 0, 1))
 SERVE = [sys.executable, "-m", "tmcm34x", "serve"]
 
 ECHO = """
@@ -115,15 +125,18 @@ class Peer:
             times.append(now - then)
         return times
 
-    def work(self, telegram: bytes, count: int) -> float:
-        """The server's processor time of so many round trips [ns each]."""
+    def work(self, telegram: bytes, count: int, before: Sequence[bytes]) -> float:
+        """The server's processor time of so many round trips, after others that do not count [ns each]."""
+        for other in before:
+            self.ask(other)
         start = self._processor_ns()
         for _ in range(count):
             self.ask(telegram)
         return (self._processor_ns() - start) / count
 
     def _processor_ns(self) -> int:
-        return int(Path(f"/proc/{self.process.pid}/schedstat").read_text().split()[0])
+        tasks = Path(f"/proc/{self.process.pid}/task").iterdir()
+        return sum(int((task / "schedstat").read_text().split()[0]) for task in tasks)
 
     def stop(self) -> None:
         """End the process."""
@@ -154,55 +167,56 @@ def measure(kind: str, peers: tuple[Peer, Peer, Peer], telegram: bytes, prepare:
 
 
 def measure_memory() -> bool:
-    """Print what a memory file costs; returns whether it reaches what it must."""
-    gap, store = pack_request(1, Instruction(6, 1, 0)), pack_request(1, Instruction(9, 68, 0, 1))
+    """Print what a memory file costs while commands store now and then; returns whether it reaches what it must."""
     with tempfile.TemporaryDirectory() as folder:
-        plain = Peer("tcp", [*SERVE, "--tcp", "0"])
-        kept = Peer("tcp", [*SERVE, "--tcp", "0", "--eeprom", f"{folder}/memory"])
+        command = [*SERVE, "--tcp", "0", "--eeprom", f"{folder}/memory"]
+        kept = Peer("tcp", command)
         try:
-            turns = [
-                [
-                    len(peer.round_trips(telegram))
-                    for peer, telegram in ((plain, gap), (kept, gap), (kept, store))
-                ]
-                for _ in range(TURNS)
-            ]
+            rate = statistics.median(len(kept.round_trips(STORE)) for _ in range(TURNS)) / TURN_S
         finally:
-            plain.stop()
             kept.stop()
-    ratio = statistics.median(with_file / without for without, with_file, _ in turns)
-    rate = statistics.median(stores for _, _, stores in turns) / TURN_S
-    print(f"tcp with a memory file: {ratio:.2f} of the round trips without one; {rate:.0f} stores/s")
-    return ratio >= 0.95 and rate > 2000
+        print(f"tcp with a memory file: {rate:.0f} stores/s")
+        return measure_beside("a memory file", command, 0.95, between=[STORE] * 20) and rate > 2000
 
 
-def measure_beside(name: str, command: list[str], telegram: bytes) -> bool:
-    """Print what something that is not used costs; returns whether that is nothing.
+def measure_beside(name: str, command: list[str], least: float, between: Sequence[bytes] = ()) -> bool:
+    """Print what something that a telegram does not use costs; returns whether that is nothing.
 
-    It is judged by the processor time of the servers, in short turns, all on one processor: waking a process on another
-    one costs more than the round trip, and which of the servers is there is up to the system.
+    between: telegrams for both servers before each turn, not measured
+    """
+    ratios = [_ratio(command, between) for _ in range(PAIRS)]
+    ratio = statistics.median(ratios)
+    print(
+        f"tcp with {name}: {ratio:.3f} of the round trips without, by processor time "
+        f"({min(ratios):.3f} to {max(ratios):.3f})"
+    )
+    return ratio >= least
+
+
+def _ratio(command: list[str], between: Sequence[bytes]) -> float:
+    """The processor time of a plain server, in that of the server that `command` starts.
+
+    Both run on one processor and take turns: waking a process on another one costs more than the round trip, and which
+    of the servers is there is up to the system.
     """
     processors = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {min(processors)})
     peers = Peer("tcp", [*SERVE, "--tcp", "0"]), Peer("tcp", command)
     ratios: list[float] = []
     try:
-        for turn in range(8 * TURNS):
-            order = peers if turn % 2 else peers[::-1]
-            times = [peer.work(telegram, 200) for peer in order]
-            ratios.append(times[0] / times[1] if turn % 2 else times[1] / times[0])
+        for turn in range(2 * TURNS):
+            order = (0, 1) if turn % 2 else (1, 0)
+            taken = {at: peers[at].work(GAP, 200, between) for at in order}
+            ratios.append(taken[0] / taken[1])
     finally:
         os.sched_setaffinity(0, processors)
         for peer in peers:
             peer.stop()
-    ratio = statistics.median(ratios)
-    print(f"tcp with {name}: {ratio:.3f} of the round trips without, by processor time")
-    return ratio >= 0.97
+    return statistics.median(ratios)
 
 
 def main() -> int:
     """Print the table; status 1 when a row misses its mark."""
-    gap = pack_request(1, Instruction(6, 1, 0))
     moves = b"".join(
         pack_request(1, Instruction(number, 0, motor, value))
         for motor in range(3)
@@ -218,16 +232,16 @@ def main() -> int:
         echo, line = (Peer(kind, [sys.executable, "-c", source, kind]) for source in (ECHO, LINE))
         peers = echo, line, Peer(kind, [*SERVE, *option])
         try:
-            reached &= measure(kind, peers, gap)
-            reached &= measure(kind, peers, gap, moves)
+            reached &= measure(kind, peers, GAP)
+            reached &= measure(kind, peers, GAP, moves)
         finally:
             for peer in peers:
                 peer.stop()
     reached &= measure_memory()
     with tempfile.TemporaryDirectory() as folder:
         control = [*SERVE, "--tcp", "0", "--control", f"{folder}/control"]
-        reached &= measure_beside("a control socket", control, gap)
-    reached &= measure_beside("a history", [sys.executable, "-c", HISTORY], gap)
+        reached &= measure_beside("a control socket", control, 0.97)
+    reached &= measure_beside("a history", [sys.executable, "-c", HISTORY], 0.97)
     print(f"must: ratio at least {LEAST}, p99 under 1000 us:", "reached" if reached else "MISSED")
     return 0 if reached else 1
 
