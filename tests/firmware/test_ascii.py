@@ -16,7 +16,7 @@ def ascii_host(echo: int = NO_ECHO, source: str = "") -> Wire:
     module = module_with(source)
     direct(module, f"SGP 67, 0, {echo}")
     wire = Wire(module)
-    wire.port.ascii_mode = True
+    wire.port.enter_text(True)
     return wire
 
 
@@ -201,7 +201,7 @@ def test_any_characters_do_no_harm(characters: bytes, echo: int, cuts: list[int]
         wire.send(characters[:cut])
         characters = characters[cut:]
     wire.send(characters)
-    wire.port.ascii_mode = True
+    wire.port.enter_text(True)
     direct(wire.port.module, "SGP 255, 0, 0")
     direct(wire.port.module, f"SGP 67, 0, {NO_ECHO}")
     wire.send(b"\r")

@@ -84,7 +84,7 @@ def test_random_bytes_in_random_pieces_never_raise_and_never_get_a_torn_reply():
         port.receive(telegram)
         if not port.ascii_mode:
             assert all(len(reply) in {9} for reply in received)
-        port.ascii_mode = False
+        port.enter_text(False)
         received.clear()
         if rng.random() < 0.1:
             run_until(module, module.now + rng.randrange(20 * MS))

@@ -17,11 +17,11 @@ from collections.abc import Iterator
 from typing import Any, Final, Self
 
 from tmcm34x.host import motion
-from tmcm34x.host.attributes import AxisAttributes, ModuleAttributes
+from tmcm34x.host.attributes import ModuleAttributes
 from tmcm34x.host.connection import Connection
 from tmcm34x.host.exceptions import HostError, RangeError
 from tmcm34x.host.parameters import check_model, check_write, row_of
-from tmcm34x.host.physical import Physical
+from tmcm34x.host.physical import Driven, Physical
 from tmcm34x.host.steps import FACTORY_RESET, NUMBERS, VERSION
 from tmcm34x.tmcl import axis_parameters, global_parameters
 from tmcm34x.tmcl.axis_parameters import ALL, AxisParameter
@@ -37,7 +37,7 @@ _GLOBAL_KEYS: Final = {row.key: row for row in global_parameters.GLOBAL_PARAMETE
 _INPUTS, _ANALOG_INPUTS, _OUTPUTS = range(3)
 
 
-class Axis(AxisAttributes):
+class Axis(Driven):
     """One motor of a module."""
 
     __slots__ = ("_module", "motor")
@@ -123,7 +123,7 @@ class Axis(AxisAttributes):
 
     def physical(
         self, *, fullsteps_per_turn: int = FULLSTEPS_PER_TURN, gear: float = 1.0, pitch: float = 360.0
-    ) -> Physical:
+    ) -> Physical[Axis]:
         """The same axis in physical units: `pitch` is way per turn of what the motor drives, mm or degrees."""
         return Physical(self, self._module.model, fullsteps_per_turn, gear, pitch)
 

@@ -8,22 +8,46 @@ Source: manual 7.1 (4 to 7, 140, 153, 154); the largest currents are the models'
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Generic, TypeVar
 
 from tmcm34x.board.models import MODELS
+from tmcm34x.host.attributes import AxisAttributes
 from tmcm34x.host.exceptions import NotAvailableError, RangeError
 from tmcm34x.tmcl.axis_parameters import BY_KEY as AXIS_KEYS
 from tmcm34x.tmcl.units import Scale, current_ma, current_units
 
-if TYPE_CHECKING:
-    from tmcm34x.host.module import Axis
+
+class Driven(AxisAttributes, ABC):
+    """What `Physical` needs of an axis besides its parameters."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def read(self, key: str) -> int:
+        """The value of a parameter."""
+
+    @abstractmethod
+    def write(self, key: str, value: int) -> None:
+        """Set a parameter."""
+
+    @abstractmethod
+    def move_to(self, position: int, *, wait: bool = False, timeout_s: float = 60.0) -> None:
+        """Move to a position [microsteps]."""
+
+    @abstractmethod
+    def move_by(self, distance: int, *, wait: bool = False, timeout_s: float = 60.0) -> None:
+        """Move by a distance [microsteps]."""
 
 
-class Physical:
+AnyAxis = TypeVar("AnyAxis", bound=Driven)
+
+
+class Physical(Generic[AnyAxis]):
     """`axis` with way in units of `pitch` per turn of what is driven; see `Axis.physical`."""
 
-    def __init__(self, axis: Axis, model: int, fullsteps_per_turn: int, gear: float, pitch: float) -> None:
+    def __init__(self, axis: AnyAxis, model: int, fullsteps_per_turn: int, gear: float, pitch: float) -> None:
         self.axis = axis
         self._model = model
         self._drive = fullsteps_per_turn, gear, pitch

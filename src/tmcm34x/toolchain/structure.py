@@ -25,7 +25,7 @@ from tmcm34x.toolchain.parser import Include, SourceLine
 from tmcm34x.toolchain.tokens import Token, tokenize
 
 if TYPE_CHECKING:
-    from tmcm34x.toolchain.assembler import Assembly
+    from tmcm34x.toolchain.assembly import Assembly
 
 MODEL: Final = "MODEL"
 _COMPARISON: Final = re.compile(r"==|!=|<=|>=|<|>")

@@ -12,7 +12,7 @@ Source: manual 6.6; fidelity PROG-40 to PROG-46.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import Instruction
@@ -22,7 +22,7 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.clock import Value
-    from tmcm34x.firmware.ports.serial import SerialPort
+    from tmcm34x.firmware.module import FirmwareModule
 
 LONGEST_LINE: Final = 80
 """Characters that are kept of a line; a longer one is an invalid command."""
@@ -40,12 +40,39 @@ _ERASE: Final = frozenset({0x08, 0x7F})
 _ERASED: Final = b"\x08 \x08"
 
 
+class TextPort(Protocol):
+    """What a command line needs of its serial port."""
+
+    module: FirmwareModule
+
+    @property
+    def ascii_mode(self) -> bool:
+        """Whether the port speaks ASCII lines instead of telegrams."""
+        ...
+
+    def enter_text(self, on: bool) -> None:
+        """Speak ASCII lines from now on, or telegrams."""
+        ...
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes from the line."""
+        ...
+
+    def transmit(self, data: bytes) -> None:
+        """Send bytes."""
+        ...
+
+    def execute(self, instruction: Instruction) -> tuple[int, int]:
+        """Execute a command; status and value of the reply."""
+        ...
+
+
 class AsciiLine:
     """The command line of one serial port."""
 
     __slots__ = ("_line", "_module", "_output", "_port")
 
-    def __init__(self, port: SerialPort) -> None:
+    def __init__(self, port: TextPort) -> None:
         self._port = port
         self._module = port.module
         self._line = bytearray()
@@ -123,7 +150,7 @@ class AsciiLine:
         words = line.replace(",", " ").split()
         name = words[0].upper() if words else ""
         if name == "BIN":
-            self._port.ascii_mode = False
+            self._port.enter_text(False)
             return Status.OK, 0
         if name in _OWN:
             return [self._port.execute(instruction) for instruction in _OWN[name]][-1]

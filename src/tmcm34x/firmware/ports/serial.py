@@ -86,10 +86,6 @@ class SerialPort:
         """Whether the port speaks ASCII lines instead of telegrams."""
         return self._line is not None
 
-    @ascii_mode.setter
-    def ascii_mode(self, on: bool) -> None:
-        self.enter_text(on)
-
     def enter_text(self, on: bool) -> None:
         """Speak ASCII lines from now on, or telegrams."""
         self._line = AsciiLine(self) if on else None
