@@ -202,8 +202,7 @@ async def _open_control(virtual: Virtual, address: str | None) -> list[str]:
     from tmcm34x.server.control import Control
 
     control = Control(virtual.server, address, Counters(virtual.rig), virtual.not_now)
-    virtual.server.control = control
-    return [await link_options.open_control(control)]
+    return [await link_options.open_control(virtual.server, control)]
 
 
 def _faults(options: dict[str, Any]) -> Faults | None:

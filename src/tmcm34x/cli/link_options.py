@@ -222,9 +222,11 @@ async def open_links(
     return ready
 
 
-async def open_control(control: Control) -> str:
-    """Open the control socket; print and return where it is."""
+async def open_control(server: Server, control: Control) -> str:
+    """Open the control socket, which is closed with the links of `server`; print and return where it is."""
     from tmcm34x.links import LinkError
+
+    server.on_close.append(control.close)
 
     try:
         ready = f"control {await control.open()}"

@@ -176,13 +176,13 @@ def command(context: click.Context, **options: Any) -> int:
             lazy=len(rig.modules) > 1,
         )
         counters = Counters(rig) if options["control"] or options["counters"] else None
-        if options["control"]:
-            server.control = Control(server, options["control"], counters or Counters(rig))
+        address = options["control"]
+        control = Control(server, address, counters or Counters(rig)) if address else None
         links, can_links = (
             link_options.make_lines(options, len(rig.modules)),
             link_options.make_can_links(options, rig),
         )
-        status = asyncio.run(_serve(server, links, can_links, options))
+        status = asyncio.run(_serve(server, control, links, can_links, options))
         if counters is not None and options["counters"]:
             for line in counters.lines():
                 click.echo(line)
@@ -316,7 +316,11 @@ def _watch(log: object, loop: asyncio.AbstractEventLoop, stop: Callable[[Excepti
 
 
 async def _serve(
-    server: Server, links: list[tuple[Link, int | None]], can_links: list[CanLink], options: dict[str, Any]
+    server: Server,
+    control: Control | None,
+    links: list[tuple[Link, int | None]],
+    can_links: list[CanLink],
+    options: dict[str, Any],
 ) -> int:
     loop = asyncio.get_running_loop()
     stopped: asyncio.Future[None] = loop.create_future()
@@ -342,8 +346,8 @@ async def _serve(
     stop_on_signals(loop, stop)
     try:
         ready = await link_options.open_links(server, links, can_links)
-        if server.control is not None:
-            ready.append(await link_options.open_control(server.control))
+        if control is not None:
+            ready.append(await link_options.open_control(server, control))
         if options["ready_file"] is not None:
             _write_ready(options["ready_file"], ready)
         if options["exit_after"] is not None:

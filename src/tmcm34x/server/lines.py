@@ -4,18 +4,65 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 from tmcm34x.bench.lines import CanEnd, SerialEnd
 from tmcm34x.links import BusPeer, Send, SendFrame
 from tmcm34x.server.telegram_log import LineLog
 
 if TYPE_CHECKING:
-    from tmcm34x.server.server import Server
+    from tmcm34x.bench import Rig
+    from tmcm34x.bench.crowd import Crowd
+    from tmcm34x.bench.lines import LineEnd
+    from tmcm34x.server.pace import Pace
+    from tmcm34x.server.telegram_log import Sink
     from tmcm34x.tmcl.telegrams import Direction
 
 TIME_OUT_S: Final = 0.005
 """A partial telegram is dropped when the next bytes come later than this after the last ones (fidelity WIRE-3)."""
+
+
+class Recorder(Protocol):
+    """Keeps what comes over lines; each method is called at the bench's clock, after it has happened."""
+
+    def plugged(self, end: LineEnd, /) -> Callable[..., None]:
+        """A client has come; returns what takes the arguments of each call of `end.receive` or `end.receive_frame`."""
+        ...
+
+    def unplugged(self, end: LineEnd, /) -> None:
+        """The client has gone."""
+        ...
+
+    def restored(self) -> None:
+        """The bench was brought to a state from elsewhere."""
+        ...
+
+
+class Served(Protocol):
+    """A bench as its lines need it: `server.server.Server`, which says what the attributes are."""
+
+    rig: Rig
+    crowd: Crowd | None
+    pace: Pace
+    log: Sink | None
+    recorder: Recorder | None
+    any_address: bool
+
+    def arrive(self) -> bool:
+        """Bring the bench to the present clock before bytes are received."""
+        ...
+
+    def look_ahead(self) -> None:
+        """Bytes were received: the next event may be another one."""
+        ...
+
+    def catch_up(self) -> bool:
+        """Bring all modules to the present clock before anything else is done."""
+        ...
+
+    def settle(self) -> None:
+        """Something else was done."""
+        ...
 
 
 class ClientLine:
@@ -27,7 +74,7 @@ class ClientLine:
 
     def __init__(
         self,
-        server: Server,
+        server: Served,
         name: str,
         send: Send,
         *,
@@ -84,7 +131,7 @@ class Bus:
     The log gets each frame once: a request from the client that sends it, a reply with the client that asked last.
     """
 
-    def __init__(self, server: Server) -> None:
+    def __init__(self, server: Served) -> None:
         self.server = server
         self.clients: list[_Node] = []
         self.asking: _Node | None = None

@@ -12,22 +12,20 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from typing import TYPE_CHECKING, Final, Protocol
 
 from tmcm34x import clock
 from tmcm34x.bench.crowd import Crowd
 from tmcm34x.links import CanLink, Connect, Link, Peer, Plug, Send, pacing
 from tmcm34x.links.timing import LoopTiming
-from tmcm34x.server.lines import Bus, ClientLine
+from tmcm34x.server.lines import Bus, ClientLine, Recorder
 from tmcm34x.server.pace import Pace
 from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
-    from tmcm34x.bench.lines import LineEnd
     from tmcm34x.links.faulty import Faults
-    from tmcm34x.server.control import Control
     from tmcm34x.server.store import Store
     from tmcm34x.server.telegram_log import Sink
 
@@ -51,22 +49,6 @@ class Advancing(Protocol):
 
     def advance(self, now: int) -> None:
         """Bring it to clock `now`, at most to its next event."""
-        ...
-
-
-class Recorder(Protocol):
-    """Keeps what comes over lines; each method is called at the bench's clock, after it has happened."""
-
-    def plugged(self, end: LineEnd, /) -> Callable[..., None]:
-        """A client has come; returns what takes the arguments of each call of `end.receive` or `end.receive_frame`."""
-        ...
-
-    def unplugged(self, end: LineEnd, /) -> None:
-        """The client has gone."""
-        ...
-
-    def restored(self) -> None:
-        """The bench was brought to a state from elsewhere."""
         ...
 
 
@@ -116,8 +98,8 @@ class Server:
         self._paced = paced
         self._latency_ms = pacing.LATENCY_MS if paced else 0
         self.faults = faults
-        self.control: Control | None = None
-        """The socket through which the bench is controlled; closed with the links."""
+        self.on_close: list[Callable[[], Awaitable[None]]] = []
+        """Called before the links are closed: the control socket's end, for one."""
         self._links: list[Link | CanLink] = []
         self._bus: Bus | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -181,8 +163,9 @@ class Server:
 
     async def close(self) -> None:
         """Hang up everywhere and save what is not saved yet."""
-        if self.control is not None:
-            await self.control.close()
+        for close in self.on_close:
+            await close()
+        self.on_close.clear()
         for link in self._links:
             link.close()
         self._links.clear()
