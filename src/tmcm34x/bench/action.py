@@ -7,7 +7,7 @@ module through its ports.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from tmcm34x.bench.world import SHUTDOWN, World
@@ -17,7 +17,6 @@ from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.world.device import Constant, Previous
 
 if TYPE_CHECKING:
-    from tmcm34x.bench.rig import Rig
     from tmcm34x.board.circuit import SpiDevice
 
 Value = int | float | str | bool | None
@@ -141,24 +140,24 @@ ACTIONS: Final[Mapping[str, ActionRow]] = {
 """Every action by name; the operands of a row are those of the world's method."""
 
 
-def check(rig: Rig, action: Action) -> None:
-    """Raise `ActionError` where `rig` cannot do `action`: nothing is changed then."""
+def check(worlds: Sequence[World], action: Action) -> None:
+    """Raise `ActionError` where a bench of `worlds` cannot do `action`: nothing is changed then."""
     row = ACTIONS.get(action.name)
     if row is None:
         raise ActionError(f"no action {action.name!r}; there are {', '.join(ACTIONS)}")
-    if not 0 <= action.module < len(rig.worlds):
-        raise ActionError(f"no module {action.module}; the bench has {len(rig.worlds)}")
+    if not 0 <= action.module < len(worlds):
+        raise ActionError(f"no module {action.module}; the bench has {len(worlds)}")
     if len(action.operands) != len(row.operands):
         names = ", ".join(operand.name for operand in row.operands)
         raise ActionError(f"{action.name} takes {names}")
     for operand, value in zip(row.operands, action.operands, strict=True):
         if not operand.accept(value):
             raise ActionError(f"{action.name}: {operand.name} is {operand.meaning}, not {value!r}")
-    if action.name == "fault" and rig.worlds[action.module].module.board.model.drivers is None:
-        raise ActionError(f"a {rig.worlds[action.module].module.board.model.name} has no drivers to fail")
+    if action.name == "fault" and worlds[action.module].module.board.model.drivers is None:
+        raise ActionError(f"a {worlds[action.module].module.board.model.name} has no drivers to fail")
 
 
-def perform(rig: Rig, action: Action) -> None:
-    """Do `action` at the rig's present clock; raises `ActionError`."""
-    check(rig, action)
-    ACTIONS[action.name].do(rig.worlds[action.module], *action.operands)
+def perform(worlds: Sequence[World], action: Action) -> None:
+    """Do `action` at the present clock of the bench; raises `ActionError`."""
+    check(worlds, action)
+    ACTIONS[action.name].do(worlds[action.module], *action.operands)

@@ -14,7 +14,7 @@ from tmcm34x.bench import description as d
 from tmcm34x.bench import inputs
 from tmcm34x.bench.action import Action, Value
 from tmcm34x.bench.mount import Fitting, Mount
-from tmcm34x.bench.rig import FREE_SHAFT, BenchError, Happening, Rig
+from tmcm34x.bench.rig import FREE_SHAFT, BenchError, Expectation, Happening, Rig
 from tmcm34x.bench.world import SHUTDOWN, Disc, World
 from tmcm34x.board.board import Board
 from tmcm34x.board.models import MODELS
@@ -29,7 +29,6 @@ from tmcm34x.world.motor import FINENESS, Motor
 from tmcm34x.world.switch import FAR, Contact, Switch, SwitchInput, noise
 
 if TYPE_CHECKING:
-    from tmcm34x.bench.session.watch import Expectation
     from tmcm34x.board.circuit import SpiDevice
 
 MOTORS: Final = 3
@@ -349,13 +348,12 @@ def _check_modules(bench: d.Bench) -> None:
 def _expectation(path: str, event: d.Event) -> Expectation:
     from tmcm34x.bench.session.language import read_expectation
     from tmcm34x.bench.session.phrase import LineError
-    from tmcm34x.bench.session.watch import Expectation
 
     try:
-        content = read_expectation(event.expect)
+        read_expectation(event.expect)
     except LineError as error:
         raise BenchError(f"{path}.expect: column {error.column + 1}: {error.problem}") from None
-    return Expectation(_ms(event.at_ms), event.module, path, event.expect, content)
+    return Expectation(_ms(event.at_ms), event.module, path, event.expect)
 
 
 def _happening(path: str, number: int, event: d.Event, worlds: Sequence[World]) -> Happening:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, SupportsIndex
+from typing import Any, Final, NamedTuple, SupportsIndex
 
 from tmcm34x import clock
 from tmcm34x.bench.action import Action, perform
@@ -21,9 +21,6 @@ from tmcm34x.world.load import Carriage
 from tmcm34x.world.load_axis import LoadAxis
 from tmcm34x.world.motor import Motor
 
-if TYPE_CHECKING:
-    from tmcm34x.bench.session.watch import Expectation
-
 FREE_SHAFT: Final = Carriage(mass_kg=0.0, friction_n=0.0)
 """The load of a motor that nothing is fitted to; its position counts in millimetres of a 5 mm screw."""
 
@@ -38,6 +35,15 @@ class Happening(NamedTuple):
     when: int
     number: int
     action: Action
+
+
+class Expectation(NamedTuple):
+    """What a bench file expects of module `unit` from clock `when` on, as a line of text; `where` names the event."""
+
+    when: int
+    unit: int
+    where: str
+    text: str
 
 
 class Rig:
@@ -104,7 +110,7 @@ class Rig:
         """What the bench does by itself up to now."""
         while self.next_happening <= self.now:
             self._count_happened(self._happened + 1)
-            perform(self, self._happenings[self._happened - 1].action)
+            perform(self.worlds, self._happenings[self._happened - 1].action)
 
     def _count_happened(self, count: int) -> None:
         self._happened = count
@@ -113,7 +119,7 @@ class Rig:
 
     def act(self, action: Action) -> None:
         """Do something to the bench from outside, at the present clock; raises `ActionError`."""
-        perform(self, action)
+        perform(self.worlds, action)
         self.settle()
         for listener in self.on_action:
             listener(action, self.now)

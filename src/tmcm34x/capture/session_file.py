@@ -158,7 +158,7 @@ def _records(case: Case) -> Iterator[tuple[int, Record]]:
                 number = instruction.number
                 data = pack_can_request(instruction) if can else pack_request(address, instruction)
                 yield step.line, _record(time_ns, direction, data, address if can else NO_IDENTIFIER)
-            case actions.SendFrame(identifier, data) | actions.Frame(identifier, data):
+            case actions.SendFrame(identifier, data) | actions.ExpectedFrame(identifier, data):
                 number = data[0] if action.asks and data else number
                 yield step.line, _record(time_ns, direction, data, identifier)
             case actions.SendBytes(data) | actions.Bytes(data):

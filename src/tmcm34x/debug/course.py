@@ -208,7 +208,7 @@ class Course:
 
 
 def _do_action(course: Course, index: int, name: str, *operands: Any) -> None:
-    perform(course.rig, Action(name, index, operands))
+    perform(course.rig.worlds, Action(name, index, operands))
 
 
 def _do_command(course: Course, index: int, *fields: int) -> None:

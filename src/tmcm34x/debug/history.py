@@ -223,7 +223,7 @@ class History:
         self._ahead = ahead
         self._events_left = self._quiet_until = 0
 
-    # What comes over lines; a `server.Recorder`
+    # What comes over lines; a `server.lines.Recorder`
 
     def plugged(self, end: LineEnd) -> Callable[..., None]:
         """A line was plugged in; returns what takes the values that it receives."""

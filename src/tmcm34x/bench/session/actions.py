@@ -6,17 +6,15 @@ real module cannot play it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from tmcm34x.bench import action as bench
+from tmcm34x.bench.session.condition import Condition
 from tmcm34x.bench.session.errors import Unmet
+from tmcm34x.bench.session.player import Frame, Player
+from tmcm34x.bench.session.world import Deeds
 from tmcm34x.clock import seconds
 from tmcm34x.tmcl.datagram import Instruction, Reply
-
-if TYPE_CHECKING:
-    from tmcm34x.bench.session.condition import Condition
-    from tmcm34x.bench.session.player import Player
-    from tmcm34x.bench.session.world import Deeds
 
 
 class Send(NamedTuple):
@@ -117,7 +115,7 @@ class Bytes(NamedTuple):
         player.note_bytes(got)
 
 
-class Frame(NamedTuple):
+class ExpectedFrame(NamedTuple):
     """`< id 2: 01 64`: a CAN frame."""
 
     identifier: int
@@ -128,14 +126,11 @@ class Frame(NamedTuple):
 
     def play(self, player: Player) -> None:
         """Take a frame and compare it."""
-        got = player.take_frame()
-        if got != self:
-            raise Unmet(str(self), f"{got} {got.data!r}")
+        wanted, got = Frame(*self), player.take_frame()
+        if got != wanted:
+            raise Unmet(str(wanted), f"{got} {got.data!r}")
         if len(got.data) > 1:
             player.note_reply(got.data[1])
-
-    def __str__(self) -> str:
-        return f"id {self.identifier}: {self.data.hex(' ')}"
 
 
 class Nothing(NamedTuple):
@@ -249,10 +244,10 @@ class Promise(NamedTuple):
 
     def play(self, player: Player) -> None:
         """Have it looked at from now on."""
-        player.promise(self)
+        player.promise(self.condition, self.always)
 
 
 Action = (
-    Send | SendBytes | SendFrame | ExpectedReply | Bytes | Frame | Nothing | Wait | Happen | Check | Address | Within
-    | Promise
+    Send | SendBytes | SendFrame | ExpectedReply | Bytes | ExpectedFrame | Nothing | Wait | Happen | Check | Address
+    | Within | Promise
 )  # fmt: skip

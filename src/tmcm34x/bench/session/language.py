@@ -224,7 +224,7 @@ def _read_expect(text: str) -> Action:
     if _BYTES.match(text):
         return actions.Bytes(_read_bytes(text))
     if match := _FRAME.match(text):
-        return actions.Frame(read_number(match.group(1)), _read_bytes(match.group(2)))
+        return actions.ExpectedFrame(read_number(match.group(1)), _read_bytes(match.group(2)))
     match = _STATUS.match(text)
     if match is None:
         raise LineError(f"expected -, bytes, or a status with a value or a range a..b, got {text}")

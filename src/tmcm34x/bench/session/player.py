@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from typing import Any, Final, NamedTuple, Protocol
 
-from tmcm34x.bench.session.actions import Action, Frame, Nothing, Promise
+from tmcm34x.bench.session.condition import Condition
 from tmcm34x.bench.session.errors import SessionFailedError, SessionLine, Unmet
 from tmcm34x.bench.session.world import Unit
 from tmcm34x.clock import MS, seconds
@@ -62,6 +62,34 @@ class Wire(Protocol):
     def ask(self, address: int, instruction: Instruction, /) -> tuple[int, int]: ...  # noqa: D102
 
 
+class Frame(NamedTuple):
+    """A frame of a CAN bus."""
+
+    identifier: int
+    data: bytes
+
+    def __str__(self) -> str:
+        return f"id {self.identifier}: {self.data.hex(' ')}"
+
+
+class Playable(Protocol):
+    """What a line of a session does; `actions` has all of them."""
+
+    @property
+    def asks(self) -> bool:
+        """Whether it sends something or lets time pass, so that no reply may be waiting."""
+        ...
+
+    @property
+    def needs_bench(self) -> bool:
+        """Whether a real module cannot play it."""
+        ...
+
+    def play(self, player: Player, /) -> None:
+        """Do it by a `Player`; raises `Unmet` when the module does otherwise."""
+        ...
+
+
 class Step(NamedTuple):
     """One line of a session that does something, on which models.
 
@@ -70,12 +98,17 @@ class Step(NamedTuple):
 
     line: int
     text: str
-    action: Action
+    action: Playable
     models: frozenset[int]
     at: int | None = None
 
 
-_START: Final = Step(0, "start", Nothing(), frozenset())
+class _Promised(NamedTuple):
+    """What is to hold from a line on to the end of the case, or is not to; `place` is the line."""
+
+    place: SessionLine
+    condition: Condition
+    always: bool
 
 
 class Player:
@@ -88,17 +121,16 @@ class Player:
         self, wire: Wire, path: str = "", title: str = "", *, address: int = 1, host: int = 2
     ) -> None:
         self.wire = wire
-        self.path, self.title = path, title
         self.address, self.host = address, host
         self.asked: Instruction | None = None
         self._sent: tuple[str, bytes] | None = None
-        self._step = _START
+        self._place = SessionLine(path, 0, "start", title)
         self._start = wire.now
-        self._promises: list[tuple[Step, Promise]] = []
+        self._promises: list[_Promised] = []
 
     def play(self, step: Step) -> None:
         """Do one line; raises `SessionFailedError` when the module does otherwise."""
-        self._step = step
+        self._place = self._place._replace(line=step.line, text=step.text)
         action = step.action
         try:
             self.wire.settle()
@@ -120,7 +152,7 @@ class Player:
 
     def finish(self) -> None:
         """The end: nothing may be waiting."""
-        self._step = self._step._replace(text="end of the session")
+        self._place = self._place._replace(text="end of the session")
         try:
             self.wire.settle()
             self.expect_silence()
@@ -128,9 +160,7 @@ class Player:
             raise self._failure(unmet) from None
 
     def _failure(self, unmet: Unmet) -> SessionFailedError:
-        step = self._step
-        place = SessionLine(self.path, step.line, step.text, self.title)
-        return SessionFailedError(place, unmet, self._sent, seconds(self.wire.now))
+        return SessionFailedError(self._place, unmet, self._sent, seconds(self.wire.now))
 
     # Sending
 
@@ -143,7 +173,7 @@ class Player:
             data = pack_request(self.address, instruction)
             self.wire.send(data)
         self.asked = instruction
-        self._sent = self._step.text, data
+        self._sent = self._place.text, data
 
     def send_bytes(self, data: bytes) -> None:
         """Send bytes as they are."""
@@ -153,7 +183,7 @@ class Player:
             self.asked = unpack_request(data)[1]
         except (ValueError, ChecksumError):
             self.asked = None
-        self._sent = self._step.text, data
+        self._sent = self._place.text, data
         self.note_sent(data)
         self.wire.send(data)
 
@@ -162,7 +192,7 @@ class Player:
         if self.wire.kind != CAN:
             raise Unmet("a CAN bus for a frame", "a serial line")
         self.asked = unpack_can_request(data) if len(data) in CAN_SIZES else None
-        self._sent = self._step.text, data
+        self._sent = self._place.text, data
         self.wire.send_frame(identifier, data)
 
     # Taking
@@ -247,16 +277,16 @@ class Player:
         due = self.now + POLL
         return min(until, due if rig is None else max(min(rig.next_event(), due), self.now + 1))
 
-    def promise(self, promise: Promise) -> None:
-        """Look at a promise from now on."""
-        self._promises.append((self._step, promise))
+    def promise(self, condition: Condition, always: bool) -> None:
+        """Look from now on that a condition holds always, or never."""
+        self._promises.append(_Promised(self._place, condition, always))
 
     def _look(self) -> None:
-        for step, promise in self._promises:
-            seen = promise.condition.look(self)
-            if seen.holds != promise.always:
-                self._step = step
-                raise Unmet("it to hold always" if promise.always else "it never to hold", seen.what)
+        for place, condition, always in self._promises:
+            seen = condition.look(self)
+            if seen.holds != always:
+                self._place = place
+                raise Unmet("it to hold always" if always else "it never to hold", seen.what)
 
     # Notes
 

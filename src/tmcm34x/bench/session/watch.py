@@ -6,26 +6,22 @@ the end.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from tmcm34x.bench.rig import Expectation, Rig
 from tmcm34x.bench.session.actions import Promise, Within
+from tmcm34x.bench.session.language import read_expectation
 from tmcm34x.bench.session.player import POLL
 from tmcm34x.bench.session.wires import SILENCE
 from tmcm34x.bench.session.world import Seen, Unit
 from tmcm34x.clock import NEVER, seconds
 from tmcm34x.tmcl.datagram import Instruction
 
-if TYPE_CHECKING:
-    from tmcm34x.bench.rig import Rig
 
+class Awaited(NamedTuple):
+    """An expectation and what its text says."""
 
-class Expectation(NamedTuple):
-    """What a bench file expects of a module from clock `when` on; `where` names the event."""
-
-    when: int
-    unit: int
-    where: str
-    text: str
+    expectation: Expectation
     content: Within | Promise
 
 
@@ -59,8 +55,8 @@ class Watch:
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
-        self._waiting = sorted(rig.expectations)
-        self._active: list[Expectation] = []
+        self._waiting = [Awaited(row, read_expectation(row.text)) for row in sorted(rig.expectations)]
+        self._active: list[Awaited] = []
         self.failures: list[Unfulfilled] = []
         self.due = rig.now
         """The clock at which it must look, whatever happens."""
@@ -71,22 +67,23 @@ class Watch:
 
     def after(self, now: int) -> None:
         """Look at all expectations that are in force."""
-        while self._waiting and self._waiting[0].when <= now:
+        while self._waiting and self._waiting[0].expectation.when <= now:
             self._active.append(self._waiting.pop(0))
-        self._active = [expectation for expectation in self._active if self._goes_on(expectation, now)]
+        self._active = [awaited for awaited in self._active if self._goes_on(awaited, now)]
         self.due = self._next(now)
 
     def finish(self) -> None:
         """The run is over: what has not come true by now does not; what was to be looked at later is looked at now."""
         now = self._rig.now
-        for expectation in (*self._active, *self._waiting):
-            content, seen = expectation.content, self._look(expectation)
+        for awaited in (*self._active, *self._waiting):
+            content, seen = awaited.content, self._look(awaited)
             if seen.holds != (isinstance(content, Within) or content.always):
-                self._fail(expectation, now, f"{seen.what}, when the run ended")
+                self._fail(awaited.expectation, now, f"{seen.what}, when the run ended")
         self._active, self._waiting = [], []
 
-    def _goes_on(self, expectation: Expectation, now: int) -> bool:
-        seen, content = self._look(expectation), expectation.content
+    def _goes_on(self, awaited: Awaited, now: int) -> bool:
+        expectation, content = awaited
+        seen = self._look(awaited)
         if isinstance(content, Promise):
             failed = seen.holds != content.always
         elif seen.holds:
@@ -97,16 +94,15 @@ class Watch:
             self._fail(expectation, now, seen.what)
         return not failed
 
-    def _look(self, expectation: Expectation) -> Seen:
-        return expectation.content.condition.look(_Subject(Unit(self._rig, expectation.unit)))
+    def _look(self, awaited: Awaited) -> Seen:
+        return awaited.content.condition.look(_Subject(Unit(self._rig, awaited.expectation.unit)))
 
     def _fail(self, expectation: Expectation, now: int, seen: str) -> None:
         self.failures.append(Unfulfilled(expectation, now, seen))
 
     def _next(self, now: int) -> int:
-        due = self._waiting[0].when if self._waiting else NEVER
-        for expectation in self._active:
-            content = expectation.content
+        due = self._waiting[0].expectation.when if self._waiting else NEVER
+        for expectation, content in self._active:
             end = expectation.when + content.clocks if isinstance(content, Within) else NEVER
             due = min(due, end, now + POLL)
         return due
