@@ -11,13 +11,15 @@ The pytest plugin (`tmcm34x.pytest_plugin`) makes fixtures of them; docs/testing
 
 `motor`     one motor, as tests see it
 `base`      what virtual and real modules share
+`errors`    what they raise
 `background`  an event loop on a thread of its own
 `lines`     links in virtual time: time moves on by the bytes on the line and while the host waits
 `virtual`   a virtual module, or a whole bench
 `real`      a real module
 `history` the past of a bench: conditions, going back, the last write
+`registration`  the URL `tmcm34x://343` of pyserial made known
 `report`    what a failed test shows
-`protocol_tmcm34x`  the URL `tmcm34x://343` of pyserial
+`protocol_tmcm34x`  what that URL opens
 """
 
 from __future__ import annotations
@@ -26,10 +28,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tmcm34x.testing.base import ModuleUnderTest, NotOnRealModuleError, TooLateError
+    from tmcm34x.testing.base import ModuleUnderTest
+    from tmcm34x.testing.errors import NotOnRealModuleError, TooLateError
     from tmcm34x.testing.history import History
     from tmcm34x.testing.motor import Motor
     from tmcm34x.testing.real import RealModule
+    from tmcm34x.testing.registration import register_url
     from tmcm34x.testing.virtual import VirtualModule
 
 __all__ = [
@@ -47,20 +51,12 @@ _HOMES = {
     "History": "history",
     "ModuleUnderTest": "base",
     "Motor": "motor",
-    "NotOnRealModuleError": "base",
+    "NotOnRealModuleError": "errors",
     "RealModule": "real",
-    "TooLateError": "base",
+    "TooLateError": "errors",
     "VirtualModule": "virtual",
+    "register_url": "registration",
 }
-
-
-def register_url() -> None:
-    """Let pyserial open `tmcm34x://343` and the like, wherever it takes a URL."""
-    import serial
-
-    handlers: list[str] = serial.protocol_handler_packages
-    if __name__ not in handlers:
-        handlers.append(__name__)
 
 
 def __getattr__(name: str) -> Any:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Self
 
 from tmcm34x.bench.session.condition import Condition, read_condition
+from tmcm34x.testing.errors import PATIENCE_S, TooLateError
 from tmcm34x.testing.motor import Motor
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import parse_instruction
@@ -18,17 +19,6 @@ if TYPE_CHECKING:
     from tmcm34x.bench.world import AxisView
     from tmcm34x.host.module import Module as HostModule
     from tmcm34x.testing.history import History
-
-PATIENCE_S = 60.0
-"""Default time-out of `until`, in the module's time."""
-
-
-class TooLateError(AssertionError):
-    """A condition that did not come true in time."""
-
-
-class NotOnRealModuleError(Exception):
-    """Something that only a virtual module can do; the pytest plugin skips the test."""
 
 
 class Subject:

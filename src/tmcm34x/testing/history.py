@@ -25,7 +25,7 @@ from tmcm34x.debug.history import History as Kept
 from tmcm34x.debug.reverse import Here, stretches
 from tmcm34x.debug.view import View
 from tmcm34x.debug.writes import Write, Written, last_write
-from tmcm34x.testing.base import PATIENCE_S, TooLateError
+from tmcm34x.testing.errors import PATIENCE_S, TooLateError
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
 if TYPE_CHECKING:

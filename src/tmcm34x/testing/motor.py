@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 from tmcm34x.tmcl.axis_parameters import BY_KEY
 from tmcm34x.tmcl.commands import BY_MNEMONIC
@@ -12,7 +12,6 @@ from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 
 if TYPE_CHECKING:
     from tmcm34x.bench.world import AxisView
-    from tmcm34x.testing.base import ModuleUnderTest
 
 _GAP: Final = BY_MNEMONIC["GAP"].number
 _SAP: Final = BY_MNEMONIC["SAP"].number
@@ -23,6 +22,22 @@ _FULL_STEP: Final = 1.0
 def _proposal(key: str) -> str:
     near = get_close_matches(key, BY_KEY, 1)
     return f"did you mean {near[0]}?" if near else "dir(motor) lists them"
+
+
+class Commanded(Protocol):
+    """What a motor needs of its module: see `base.ModuleUnderTest`."""
+
+    def execute(self, instruction: Instruction, module: int = 0) -> tuple[int, int]:
+        """Execute a command; status and value of its reply."""
+        ...
+
+    def ask(self, instruction: Instruction, module: int = 0) -> tuple[int, int]:
+        """Status and value that a reading command gives."""
+        ...
+
+    def view(self, motor: int, module: int = 0) -> AxisView:
+        """An axis as an onlooker sees it."""
+        ...
 
 
 class Motor:
@@ -36,12 +51,12 @@ class Motor:
     number: int
     """0..2."""
 
-    def __init__(self, module: ModuleUnderTest, number: int, module_number: int = 0) -> None:
+    def __init__(self, module: Commanded, number: int, module_number: int = 0) -> None:
         object.__setattr__(self, "_module", module)
         object.__setattr__(self, "number", number)
         object.__setattr__(self, "_number", module_number)
 
-    _module: ModuleUnderTest
+    _module: Commanded
     _number: int
 
     def __getattr__(self, key: str) -> int:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 from tmcm34x.host import Connection, HostError, RefusedError, program
 from tmcm34x.host.settings import identify
 from tmcm34x.host.url import parse_url
-from tmcm34x.testing.base import ModuleUnderTest, NotOnRealModuleError
+from tmcm34x.testing.base import ModuleUnderTest
+from tmcm34x.testing.errors import NotOnRealModuleError
 from tmcm34x.tmcl.datagram import Instruction
 
 if TYPE_CHECKING:

@@ -195,7 +195,7 @@ class VirtualModule(ModuleUnderTest):
     @property
     def serial_url(self) -> str:
         """What pyserial's `serial_for_url` opens inside this process, in virtual time without any waiting."""
-        from tmcm34x.testing import register_url
+        from tmcm34x.testing.registration import register_url
 
         register_url()
         return f"tmcm34x://{self.name}"
