@@ -25,17 +25,17 @@ from tmcm34x.ide import wire
 from tmcm34x.ide.driving import attend
 from tmcm34x.ide.faults import fault
 from tmcm34x.ide.found import Found
-from tmcm34x.ide.motions import JOG_PATIENCE_S, Motion
 from tmcm34x.ide.stopping import RETRY_S, Stopping
 from tmcm34x.ide.strides import Strides
+from tmcm34x.ide.under_way import JOG_PATIENCE_S, Motion
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import MnemonicError, format_instruction, parse_instruction
 from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
-    from tmcm34x.ide.page import Page
     from tmcm34x.ide.target import Target, Tell
+    from tmcm34x.ide.window import Window
 
 WATCH_S: Final = 0.1
 CLOSE_S: Final = 5.0
@@ -195,7 +195,7 @@ class Authority:
 
     # Motions
 
-    async def jog(self, owner: Page, motor: int, velocity: int) -> None:
+    async def jog(self, owner: Window, motor: int, velocity: int) -> None:
         """An arrow is held, or with velocity 0 let go; negative turns left.  Raises `wire.RefusalError`."""
         held = next((m for m in self._with({motor}) if m.kind == "jog" and m.owner is owner), None)
         if not velocity:
@@ -215,7 +215,7 @@ class Authority:
             raise wire.RefusalError("module", f"{exchange.text}: {exchange.meaning}.")
 
     def begin(
-        self, kind: wire.MotionKind, owner: Page, motors: Iterable[int], steps: Steps[None], end: str
+        self, kind: wire.MotionKind, owner: Window, motors: Iterable[int], steps: Steps[None], end: str
     ) -> int:
         """Drive an operation for a window; the number by which it can be aborted.  Raises `wire.RefusalError`.
 
@@ -229,7 +229,7 @@ class Authority:
         motion.task = asyncio.ensure_future(self._run(motion, steps, end))
         return motion.number
 
-    def _add(self, kind: wire.MotionKind, owner: Page, motors: Iterable[int], velocity: int = 0) -> Motion:
+    def _add(self, kind: wire.MotionKind, owner: Window, motors: Iterable[int], velocity: int = 0) -> Motion:
         now_s = asyncio.get_running_loop().time()
         motion = Motion(next(self._numbers), kind, owner, frozenset(motors), now_s, velocity)
         self._motions[motion.number] = motion
@@ -275,7 +275,7 @@ class Authority:
         if motion is not None:
             self.end([motion], "Aborted.")
 
-    def leave(self, page: Page) -> None:
+    def leave(self, page: Window) -> None:
         """A window is gone."""
         self.end([m for m in self._motions.values() if m.owner is page], "Its window is gone.")
 

@@ -11,7 +11,7 @@ from tmcm34x.ide.virtual import Virtual
 
 if TYPE_CHECKING:
     from tmcm34x.ide.hub import Hub
-    from tmcm34x.ide.page import Page
+    from tmcm34x.ide.window import Window
     from tmcm34x.tmcl.datagram import Instruction
 
 
@@ -22,32 +22,32 @@ def bench_of(hub: Hub) -> Virtual:
     return hub.target
 
 
-async def _set_bench(hub: Hub, page: Page, call: wire.SetBench) -> None:
+async def _set_bench(hub: Hub, page: Window, call: wire.SetBench) -> None:
     bench_of(hub).set_bench(call)
 
 
-async def _set_time(hub: Hub, page: Page, call: wire.SetTime) -> None:
+async def _set_time(hub: Hub, page: Window, call: wire.SetTime) -> None:
     bench_of(hub).set_time(call)
 
 
-async def _step_time(hub: Hub, page: Page, call: wire.StepTime) -> None:
+async def _step_time(hub: Hub, page: Window, call: wire.StepTime) -> None:
     bench_of(hub).step_time(call)
 
 
-async def _read_world(hub: Hub, page: Page, call: wire.ReadWorld) -> wire.World:
+async def _read_world(hub: Hub, page: Window, call: wire.ReadWorld) -> wire.World:
     return bench_of(hub).bench()
 
 
-async def _read_eeprom(hub: Hub, page: Page, call: wire.ReadEeprom) -> wire.Eeprom:
+async def _read_eeprom(hub: Hub, page: Window, call: wire.ReadEeprom) -> wire.Eeprom:
     return bench_of(hub).eeprom()
 
 
-async def _export_settings(hub: Hub, page: Page, call: wire.ExportSettings) -> str:
+async def _export_settings(hub: Hub, page: Window, call: wire.ExportSettings) -> str:
     hub.expect_idle()
     return await export_settings(hub.target, hub.tell, call.format)
 
 
-async def _import_settings(hub: Hub, page: Page, call: wire.ImportSettings) -> wire.Imported:
+async def _import_settings(hub: Hub, page: Window, call: wire.ImportSettings) -> wire.Imported:
     async def exchange(instruction: Instruction) -> wire.Exchange:
         hub.expect_idle()
         hub.authority.permit(instruction)

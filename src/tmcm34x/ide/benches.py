@@ -11,10 +11,10 @@ from tmcm34x.ide.building import problem
 
 if TYPE_CHECKING:
     from tmcm34x.ide.hub import Hub
-    from tmcm34x.ide.page import Page
+    from tmcm34x.ide.window import Window
 
 
-async def _check_bench(hub: Hub, page: Page, call: wire.CheckBench) -> wire.BenchCheck:
+async def _check_bench(hub: Hub, page: Window, call: wire.CheckBench) -> wire.BenchCheck:
     from tmcm34x.bench.check import check, is_bench
 
     if not is_bench(call.path, call.text):
@@ -23,18 +23,18 @@ async def _check_bench(hub: Hub, page: Page, call: wire.CheckBench) -> wire.Benc
     return wire.BenchCheck(True, [problem(item) for item in found])
 
 
-async def _complete_bench(hub: Hub, page: Page, call: wire.CompleteBench) -> list[wire.Suggestion]:
+async def _complete_bench(hub: Hub, page: Window, call: wire.CompleteBench) -> list[wire.Suggestion]:
     from tmcm34x.bench.completion import complete
 
     found = await asyncio.to_thread(complete, call.text, call.line, call.column)
     return [wire.Suggestion(*suggestion) for suggestion in found]
 
 
-async def _list_examples(hub: Hub, page: Page, call: wire.ListExamples) -> wire.Examples:
+async def _list_examples(hub: Hub, page: Window, call: wire.ListExamples) -> wire.Examples:
     return await asyncio.to_thread(examples.listed)
 
 
-async def _read_example(hub: Hub, page: Page, call: wire.ReadExample) -> str:
+async def _read_example(hub: Hub, page: Window, call: wire.ReadExample) -> str:
     return await asyncio.to_thread(examples.text, call.path)
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 from tmcm34x.ide import wire
 
 if TYPE_CHECKING:
-    from tmcm34x.ide.page import Page
     from tmcm34x.ide.target import Tell
+    from tmcm34x.ide.window import Window
     from tmcm34x.ide.workspace import Workspace
 
 WATCH_S: Final = 1.0
@@ -46,28 +46,28 @@ class Folder:
         self._looks.add(look)
         look.add_done_callback(self._looks.discard)
 
-    async def list_files(self, page: Page, call: wire.ListFiles) -> list[wire.FileEntry]:
+    async def list_files(self, page: Window, call: wire.ListFiles) -> list[wire.FileEntry]:
         """All of them."""
         self._files = await asyncio.to_thread(self._workspace.files)
         return self._files
 
-    async def read_file(self, page: Page, call: wire.ReadFile) -> wire.FileText:
+    async def read_file(self, page: Window, call: wire.ReadFile) -> wire.FileText:
         """The text of one."""
         return await asyncio.to_thread(self._workspace.read, call.path)
 
-    async def write_file(self, page: Page, call: wire.WriteFile) -> wire.FileEntry:
+    async def write_file(self, page: Window, call: wire.WriteFile) -> wire.FileEntry:
         """Save a text."""
         work = self._workspace
         entry = await asyncio.to_thread(work.write, call.path, call.text, call.stamp, call.newline)
         self._look_soon()
         return entry
 
-    async def rename_file(self, page: Page, call: wire.RenameFile) -> None:
+    async def rename_file(self, page: Window, call: wire.RenameFile) -> None:
         """Give a file another path."""
         await asyncio.to_thread(self._workspace.rename, call.path, call.to)
         self._look_soon()
 
-    async def delete_file(self, page: Page, call: wire.DeleteFile) -> None:
+    async def delete_file(self, page: Window, call: wire.DeleteFile) -> None:
         """Remove a file."""
         await asyncio.to_thread(self._workspace.delete, call.path)
         await self._look()

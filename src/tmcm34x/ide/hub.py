@@ -1,48 +1,42 @@
 """The IDE's middle: one module, one folder, any number of windows that see the same.
 
-`Hub` does what pages ask for.  Each call of `wire.CALLS` has one method in `_METHODS`.
+What pages ask for is done by the functions in `calls`, over what stands here.
 """
 
 from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Awaitable, Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x import __version__
+from tmcm34x.firmware.program import Counts
 from tmcm34x.host.steps import RESET, RUN, STOP
-from tmcm34x.ide import (
-    bench_calls,
-    benches,
-    command_calls,
-    folder,
-    past_calls,
-    study,
-    switching,
-    wire,
-)
+from tmcm34x.ide import present, wire
 from tmcm34x.ide.authority import Authority
 from tmcm34x.ide.building import Built, build, recognise
 from tmcm34x.ide.debugger import Debugger
+from tmcm34x.ide.folder import Folder
 from tmcm34x.ide.loading import Loading
 from tmcm34x.ide.modules import Modules, plain
-from tmcm34x.ide.motions import BEGIN
 from tmcm34x.ide.permission import permission
 from tmcm34x.ide.remote import Remote
-from tmcm34x.ide.study import count_anew
 from tmcm34x.ide.switching import Switching
 from tmcm34x.ide.virtual import Virtual
 from tmcm34x.ide.vocabulary import model_shape, tables
 from tmcm34x.tmcl.datagram import Instruction
 
 if TYPE_CHECKING:
-    from tmcm34x.ide.page import Page
     from tmcm34x.ide.target import Target
     from tmcm34x.ide.telegrams import Telegrams
+    from tmcm34x.ide.window import Window
     from tmcm34x.ide.workspace import Workspace
     from tmcm34x.toolchain.assembler import Assembly
+
+EACH_S: Final = 1.0
+"""Between two messages about how far the history reaches."""
 
 
 class Hub:
@@ -64,39 +58,26 @@ class Hub:
         self.debugger = Debugger(
             target,
             workspace.folder,
-            permission(lambda: self.authority, lambda: past_calls.is_shown(self.target)),
+            permission(lambda: self.authority, lambda: present.is_shown(self.target)),
             lambda: self.authority.free,
             self._take,
         )
         self.switching = Switching(self, modules or plain(telegrams))
-        self.pages: set[Page] = set()
+        self.pages: set[Window] = set()
         self.links: list[str] = []
         """Kind and address of each line on which other hosts reach a virtual module."""
         self._building = asyncio.Lock()
         self._show = show
         self._named = named
         self._start = secrets.token_hex(8)
-        self.folder = folder.Folder(workspace, self.tell, lambda: bool(self.pages))
-        owned = (
-            (self, _METHODS),
-            (self, command_calls.METHODS),
-            (self, bench_calls.METHODS),
-            (self, study.METHODS),
-            (self, past_calls.METHODS),
-            (self, benches.METHODS),
-            (self.folder, folder.METHODS),
-            (self.switching, switching.METHODS),
-        )
-        self._methods = {
-            call: partial(method, owner) for owner, methods in owned for call, method in methods.items()
-        }
+        self.folder = Folder(workspace, self.tell, lambda: bool(self.pages))
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def open(self) -> None:
         """Begin."""
         await self._begin()
         self._spawn(self.folder.watch())
-        self._spawn(past_calls.follow(self))
+        self._spawn(self._follow_past())
         self._spawn(self.debugger.run(self.tell_mark, self.hurry))
 
     # The module
@@ -183,13 +164,24 @@ class Hub:
 
     def tell_mark(self, event: wire.Event) -> None:
         """Send an event of the debugger's to all pages; what it marks is in the history too."""
-        if past_calls.note(self.target, event):
+        if present.note(self.target, event):
             self.tell(event)
 
     def tell(self, event: wire.Event) -> None:
         """Send an event to all pages."""
         for page in self.pages:
             page.send(event)
+
+    async def _follow_past(self) -> None:
+        """Have windows know how far the history reaches."""
+        told: wire.History | None = None
+        while True:
+            past = present.past_of(self.target)
+            shape = past.shape if past is not None and self.pages else None
+            if shape is not None and shape != told:
+                self.tell(shape)
+            told = shape
+            await asyncio.sleep(EACH_S)
 
     @property
     def _kind(self) -> tuple[int, bool]:
@@ -200,7 +192,7 @@ class Hub:
         if isinstance(event, wire.Link):
             self.debugger.rest(event.ascii or self.loading.busy)
             if event.up and self.loading.listing is not None:
-                self._spawn(study.look_again(self, self.loading))
+                self._spawn(self._look_again(self.loading))
         if self._kind != self._told:
             self._told = self._kind
             for page in self.pages:
@@ -212,21 +204,21 @@ class Hub:
         for page in self.pages:
             page.hurry()
 
-    def join(self, page: Page) -> None:
+    def join(self, page: Window) -> None:
         """A window opens."""
         self.pages.add(page)
         self._greet(page)
         self.tell(wire.Windows(len(self.pages)))
 
-    def _greet(self, page: Page) -> None:
+    def _greet(self, page: Window) -> None:
         page.send(self.welcome(page.number))
         page.send(self.target.link)
         page.send(self.authority.shape)
-        past = past_calls.past_of(self.target)
+        past = present.past_of(self.target)
         if past is not None:
             page.send(past.shape)
 
-    def leave(self, page: Page) -> None:
+    def leave(self, page: Window) -> None:
         """A window closes."""
         self.pages.discard(page)
         self.switching.scanning.leave(page)
@@ -260,15 +252,6 @@ class Hub:
             named=self._named,
         )
 
-    async def answer(self, page: Page, call: wire.Call) -> object:
-        """Do what a page asks for."""
-        past_calls.expect_present(self.target, call)
-        begin = BEGIN.get(type(call))
-        if begin is None:
-            return await self._methods[type(call)](page, call)
-        self.expect_idle()
-        return await begin(self.authority, self.tell, page, call)
-
     def expect_idle(self) -> None:
         """Refuse what a module would store as part of the program that is being downloaded."""
         if self.loading.busy:
@@ -286,27 +269,6 @@ class Hub:
                 as_part=as_part, append_stop=options.append_stop,
             )  # fmt: skip
 
-    async def _assemble(self, page: Page, call: wire.Assemble) -> wire.Assembled:
-        return (await self.build(call.path, call.texts, call.options, as_part=True)).answer
-
-    async def _download(self, page: Page, call: wire.Download) -> wire.Assembled:
-        answer, assembly = await self.build(call.path, call.texts, call.options)
-        program = assembly.program
-        if answer.listing is None:
-            return answer
-        self.expect_idle()
-        if not program:
-            raise wire.RefusalError("empty", f"{call.path} has no instructions.")
-        if call.run:
-            self.authority.permit_program()
-        await self.check_memory()
-        await self.authority.settle()
-        await self.loading.put(answer.listing, program, replace=call.replace)
-        await self.adopt(answer.listing, assembly)
-        if call.run:
-            await self._control("run")
-        return answer
-
     def _hush(self, on: bool) -> None:
         """Send nothing of our own accord: the module would store it."""
         self.target.hush(on)
@@ -320,7 +282,7 @@ class Hub:
         before, self.assembly = self.loading.listing, assembly
         self.loading.know(listing)
         if listing is None or before is None or before.identity != listing.identity:
-            count_anew(self.target)
+            _count_anew(self.target)
         await self.debugger.know(assembly)
         self.tell(wire.Loaded(listing, by_other_host))
 
@@ -335,13 +297,17 @@ class Hub:
         if loading is self.loading and not loading.busy and loading.revision == seen:
             await self.adopt(*found, by_other_host=True)
 
+    async def _look_again(self, loading: Loading) -> None:
+        """A real module is there again: it may hold another program meanwhile, or be another module."""
+        program = () if self.assembly is None else self.assembly.program
+        with suppress(wire.RefusalError):
+            if not loading.busy and not await loading.holds(program) and loading is self.loading:
+                await self.adopt(None, None, by_other_host=True)
+
     # Running
 
-    async def _control_program(self, page: Page, call: wire.ControlProgram) -> None:
-        self.expect_idle()
-        await self._control(call.action)
-
-    async def _control(self, action: str) -> None:
+    async def control(self, action: str) -> None:
+        """Run, stop or reset the program."""
         if action == "run":
             self.authority.permit_program()
             if await self.debugger.start_in_steps():
@@ -360,10 +326,8 @@ class Hub:
 _CONTROL: Final[Mapping[str, tuple[int, ...]]] = {"run": (RESET, RUN), "stop": (STOP,), "reset": (RESET,)}
 """Control functions by action."""
 
-_PARTS: Final = (command_calls, switching, folder, bench_calls, benches, past_calls, study)
-_ELSEWHERE: Final = (BEGIN, *(part.METHODS for part in _PARTS))
-_METHODS: Final[Mapping[type, Callable[..., Awaitable[object]]]] = {
-    call: getattr(Hub, f"_{call.__struct_config__.tag}")
-    for call in wire.CALLS
-    if not any(call in methods for methods in _ELSEWHERE)
-}
+
+def _count_anew(target: Target) -> None:
+    """The program is another one: what was executed of the former is forgotten."""
+    if isinstance(target, Virtual) and target.module.program.counts is not None:
+        target.module.program.count(Counts())

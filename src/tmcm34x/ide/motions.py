@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Awaitable, Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.host import commands, motion
@@ -13,44 +11,19 @@ from tmcm34x.host.polling import AXIS_BANK
 from tmcm34x.host.settings import KEPT, keep
 from tmcm34x.host.steps import Pause, Steps
 from tmcm34x.ide import wire
+from tmcm34x.ide.under_way import PATIENCE_S
 from tmcm34x.tmcl.axis_parameters import BY_NUMBER as AXIS_BY_NUMBER
 from tmcm34x.tmcl.commands import COORDINATES, MOTORS, POSITION_MAX
 from tmcm34x.tmcl.global_parameters import BY_NUMBER as GLOBAL_BY_NUMBER
 
 if TYPE_CHECKING:
     from tmcm34x.ide.authority import Authority
-    from tmcm34x.ide.page import Page
     from tmcm34x.ide.target import Tell
+    from tmcm34x.ide.window import Window
 
 TOP_SPEED: Final = 2047
-JOG_PATIENCE_S: Final = 1.0
-"""How long a motor turns without a word about its arrow."""
 _NAMED: Final = 3
 """Parameters that a summary names; the others it counts."""
-PATIENCE_S: Final = 3.0
-"""How long any other motion goes on without a word from its window."""
-
-
-@dataclass(eq=False)
-class Motion:
-    """Something under way for the window `owner`."""
-
-    number: int
-    kind: wire.MotionKind
-    owner: Page
-    motors: frozenset[int]
-    heard_s: float
-    velocity: int = 0
-    task: asyncio.Task[None] | None = field(default=None, repr=False)
-
-    @property
-    def patience_s(self) -> float:
-        """How long it goes on in silence."""
-        return JOG_PATIENCE_S if self.kind == "jog" else PATIENCE_S
-
-    def last_word_s(self) -> float:
-        """When its window last said that it goes on."""
-        return self.heard_s if self.kind == "jog" else self.owner.heard_s
 
 
 def _expect(motors: Sequence[int], *velocities: int) -> None:
@@ -59,12 +32,12 @@ def _expect(motors: Sequence[int], *velocities: int) -> None:
         raise wire.RefusalError("range", f"Motors are 0..{MOTORS - 1}, velocities 0..{TOP_SPEED}.")
 
 
-async def _jog(authority: Authority, tell: Tell, page: Page, call: wire.Jog) -> None:
+async def _jog(authority: Authority, tell: Tell, page: Window, call: wire.Jog) -> None:
     _expect([call.motor], call.velocity)
     await authority.jog(page, call.motor, call.velocity)
 
 
-async def _stride(authority: Authority, tell: Tell, page: Page, call: wire.Stride) -> None:
+async def _stride(authority: Authority, tell: Tell, page: Window, call: wire.Stride) -> None:
     _expect([call.motor])
     if abs(call.distance) > POSITION_MAX:
         raise wire.RefusalError("range", f"A step has {POSITION_MAX} microsteps at most.")
@@ -72,19 +45,19 @@ async def _stride(authority: Authority, tell: Tell, page: Page, call: wire.Strid
     await authority.strides.step(call.motor, call.distance)
 
 
-async def _zero(authority: Authority, tell: Tell, page: Page, call: wire.Zero) -> int:
+async def _zero(authority: Authority, tell: Tell, page: Window, call: wire.Zero) -> int:
     _expect([call.motor])
     end = f"Motor {call.motor} is at rest; its position is 0 now."
     return authority.begin("zero", page, {call.motor}, motion.zero(call.motor), end)
 
 
-async def _search(authority: Authority, tell: Tell, page: Page, call: wire.Search) -> int:
+async def _search(authority: Authority, tell: Tell, page: Window, call: wire.Search) -> int:
     _expect([call.motor])
     end = f"The reference search of motor {call.motor} has ended."
     return authority.begin("search", page, {call.motor}, motion.find_reference(call.motor), end)
 
 
-async def _go(authority: Authority, tell: Tell, page: Page, call: wire.Go) -> int:
+async def _go(authority: Authority, tell: Tell, page: Window, call: wire.Go) -> int:
     _expect(call.motors)
     if not call.motors or not 0 <= call.coordinate < COORDINATES:
         raise wire.RefusalError("range", f"Coordinates are 0..{COORDINATES - 1}, for one motor or more.")
@@ -92,7 +65,7 @@ async def _go(authority: Authority, tell: Tell, page: Page, call: wire.Go) -> in
     return authority.begin("go", page, call.motors, steps, f"At coordinate {call.coordinate}.")
 
 
-async def _turn(authority: Authority, tell: Tell, page: Page, call: wire.Turn) -> int:
+async def _turn(authority: Authority, tell: Tell, page: Window, call: wire.Turn) -> int:
     _expect([call.motor], call.velocity)
     return authority.begin("turn", page, {call.motor}, _turning(call.motor, call.velocity), "")
 
@@ -104,7 +77,7 @@ def _turning(motor: int, velocity: int) -> Steps[None]:
         yield Pause(PATIENCE_S)
 
 
-async def _profile(authority: Authority, tell: Tell, page: Page, call: wire.Profile) -> int:
+async def _profile(authority: Authority, tell: Tell, page: Window, call: wire.Profile) -> int:
     _expect([call.motor], call.low, call.high)
     if not 0 <= call.low <= call.high or call.step < 1:
         raise wire.RefusalError("range", "A profile goes up, from the lower to the higher velocity.")
@@ -137,7 +110,7 @@ def _kept(item: wire.Watched) -> bool:
     return fits and (item.bank != AXIS_BANK or 0 <= item.motor < MOTORS)
 
 
-async def _keep(authority: Authority, tell: Tell, page: Page, call: wire.Keep) -> int:
+async def _keep(authority: Authority, tell: Tell, page: Window, call: wire.Keep) -> int:
     if not all(map(_kept, call.items)):
         raise wire.RefusalError("range", f"Numbers and banks are 0..255, motors 0..{MOTORS - 1}.")
     if call.action == "store" and authority.real and not call.sure:

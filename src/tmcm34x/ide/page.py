@@ -17,6 +17,7 @@ import msgspec
 from starlette.websockets import WebSocketState
 
 from tmcm34x.ide import wire
+from tmcm34x.ide.calls import answer
 from tmcm34x.ide.faults import fault
 from tmcm34x.ide.messages import Outbox, refuse, texts
 from tmcm34x.ide.state import Frames
@@ -125,7 +126,7 @@ class Page:
 
     async def _answer(self, number: int, call: wire.Call) -> None:
         try:
-            self.send(wire.CallResult(number, await self._hub.answer(self, call)))
+            self.send(wire.CallResult(number, await answer(self._hub, self, call)))
         except wire.RefusalError as error:
             self.send(wire.Refusal(number, error.code, str(error)))
         except Exception as error:

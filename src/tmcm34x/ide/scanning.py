@@ -24,7 +24,7 @@ from tmcm34x.ide import wire
 
 if TYPE_CHECKING:
     from tmcm34x.ide.modules import Modules
-    from tmcm34x.ide.page import Page
+    from tmcm34x.ide.window import Window
 
 TELL_S: Final = 0.1
 """Between two messages of progress."""
@@ -44,7 +44,7 @@ class Scanning:
         self._in_use = in_use
         self._end = threading.Event()
         self._task: asyncio.Task[None] | None = None
-        self._owner: Page | None = None
+        self._owner: Window | None = None
 
     def ports(self) -> wire.Ports:
         """The ports of this computer; blocks for a moment."""
@@ -52,7 +52,7 @@ class Scanning:
         shapes = [wire.PortShape(port.device, port.description) for port in ports]
         return wire.Ports(shapes, can_interfaces(), self._modules.closed)
 
-    def begin(self, page: Page, urls: Sequence[Url], *, far: bool) -> None:
+    def begin(self, page: Window, urls: Sequence[Url], *, far: bool) -> None:
         """Look at ports for a window.  Raises `wire.RefusalError`."""
         for url in urls:
             self._modules.expect_open(url)
@@ -70,12 +70,12 @@ class Scanning:
         """End the scan that is under way."""
         self._end.set()
 
-    def leave(self, page: Page) -> None:
+    def leave(self, page: Window) -> None:
         """A window is gone, and with it its scan."""
         if page is self._owner:
             self.cancel()
 
-    async def _run(self, page: Page, attempts: Sequence[Try], end: threading.Event) -> None:
+    async def _run(self, page: Window, attempts: Sequence[Try], end: threading.Event) -> None:
         loop = asyncio.get_running_loop()
 
         def send(event: wire.Event) -> None:

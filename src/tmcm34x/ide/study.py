@@ -1,7 +1,7 @@
 """What pages ask about a program and its module without changing either.
 
 The memory as text, the source of what is in it, differences, flow, coverage, chip registers, and why a motor does not
-turn.  `METHODS` has a function for each of these calls; `Hub` reads it.
+turn.  `METHODS` has a function for each of these calls.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from difflib import SequenceMatcher
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Final, Literal
@@ -24,9 +23,7 @@ from tmcm34x.tmcl.mnemonic import format_instruction
 if TYPE_CHECKING:
     from tmcm34x.firmware.program import StandAloneProgram
     from tmcm34x.ide.hub import Hub
-    from tmcm34x.ide.loading import Loading
-    from tmcm34x.ide.page import Page
-    from tmcm34x.ide.target import Target
+    from tmcm34x.ide.window import Window
     from tmcm34x.toolchain.assembler import Assembly
     from tmcm34x.toolchain.map import Routine
     from tmcm34x.trace.coverage import Coverage
@@ -40,7 +37,7 @@ MOST_LINES: Final = 20_000
 # The program in the module
 
 
-async def _upload(hub: Hub, page: Page, call: wire.Upload) -> str:
+async def _upload(hub: Hub, page: Window, call: wire.Upload) -> str:
     from tmcm34x.toolchain.disassembler import disassemble
 
     if hub.loading.busy:
@@ -49,7 +46,7 @@ async def _upload(hub: Hub, page: Page, call: wire.Upload) -> str:
     return disassemble(program) if program else ""
 
 
-async def _adopt(hub: Hub, page: Page, call: wire.Adopt) -> bool:
+async def _adopt(hub: Hub, page: Window, call: wire.Adopt) -> bool:
     answer, assembly = await hub.build(call.path, call.texts, call.options)
     if hub.loading.busy or answer.listing is None or not await hub.loading.holds(assembly.program):
         return False
@@ -57,18 +54,10 @@ async def _adopt(hub: Hub, page: Page, call: wire.Adopt) -> bool:
     return True
 
 
-async def look_again(hub: Hub, loading: Loading) -> None:
-    """A real module is there again: it may hold another program meanwhile, or be another module."""
-    program = () if hub.assembly is None else hub.assembly.program
-    with suppress(wire.RefusalError):
-        if not loading.busy and not await loading.holds(program) and loading is hub.loading:
-            await hub.adopt(None, None, by_other_host=True)
-
-
 # Motion
 
 
-async def _why(hub: Hub, page: Page, call: wire.Why) -> wire.Reasons:
+async def _why(hub: Hub, page: Window, call: wire.Why) -> wire.Reasons:
     from tmcm34x.ide.reasons import explain
 
     if hub.loading.busy:
@@ -79,7 +68,7 @@ async def _why(hub: Hub, page: Page, call: wire.Why) -> wire.Reasons:
 # Flow
 
 
-async def _read_map(hub: Hub, page: Page, call: wire.ReadMap) -> wire.FlowMap | None:
+async def _read_map(hub: Hub, page: Window, call: wire.ReadMap) -> wire.FlowMap | None:
     _, assembly = await hub.build(call.path, call.texts, call.options, as_part=True)
     return await asyncio.to_thread(flow_map, assembly) if assembly.ok and assembly.code else None
 
@@ -126,19 +115,13 @@ def _sites(assembly: Assembly, variable: int, lines: Sequence[int]) -> list[wire
 # Coverage
 
 
-async def _cover(hub: Hub, page: Page, call: wire.Cover) -> None:
+async def _cover(hub: Hub, page: Window, call: wire.Cover) -> None:
     program = _virtual(hub).module.program
     if (program.counts is not None) != call.on:
         program.count(Counts() if call.on else None)
 
 
-def count_anew(target: Target) -> None:
-    """The program is another one: what was executed of the former is forgotten."""
-    if isinstance(target, Virtual) and target.module.program.counts is not None:
-        target.module.program.count(Counts())
-
-
-async def _read_coverage(hub: Hub, page: Page, call: wire.ReadCoverage) -> list[wire.CoveredLine]:
+async def _read_coverage(hub: Hub, page: Window, call: wire.ReadCoverage) -> list[wire.CoveredLine]:
     from tmcm34x.trace.coverage import coverage
 
     virtual = _virtual(hub)
@@ -161,7 +144,7 @@ def _complete(program: StandAloneProgram) -> Counts:
     return counts
 
 
-async def _read_tracefile(hub: Hub, page: Page, call: wire.ReadTracefile) -> list[wire.CoveredLine]:
+async def _read_tracefile(hub: Hub, page: Window, call: wire.ReadTracefile) -> list[wire.CoveredLine]:
     from tmcm34x.trace.coverage import CoverageError, parse_lcov
 
     try:
@@ -179,7 +162,7 @@ def _covered(found: Coverage) -> list[wire.CoveredLine]:
 # Differences
 
 
-async def _compare(hub: Hub, page: Page, call: wire.Compare) -> wire.Comparison:
+async def _compare(hub: Hub, page: Window, call: wire.Compare) -> wire.Comparison:
     compare = _compare_with_disk if call.against == "disk" else _compare_with_module
     return await compare(hub, call)
 
@@ -234,7 +217,7 @@ def _side(lines: Sequence[str], at: int, first: int) -> tuple[int, str]:
 # Chips
 
 
-async def _read_registers(hub: Hub, page: Page, call: wire.ReadRegisters) -> list[wire.RegisterShape]:
+async def _read_registers(hub: Hub, page: Window, call: wire.ReadRegisters) -> list[wire.RegisterShape]:
     virtual = _virtual(hub)
     virtual.server.catch_up()
     return registers(virtual.module.board)

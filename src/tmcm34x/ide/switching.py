@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 from tmcm34x.host.exceptions import LinkError
 from tmcm34x.host.url import Url, parse_url
@@ -15,16 +15,39 @@ from tmcm34x.ide.scanning import Scanning
 from tmcm34x.ide.virtual import Virtual
 
 if TYPE_CHECKING:
-    from tmcm34x.ide.hub import Hub
     from tmcm34x.ide.modules import Modules
-    from tmcm34x.ide.page import Page
     from tmcm34x.ide.target import Target
+    from tmcm34x.ide.window import Window
+    from tmcm34x.ide.workspace import Workspace
+
+
+class Switched(Protocol):
+    """What is connected to one module or another: the `Hub`."""
+
+    target: Target
+    workspace: Workspace
+
+    def expect_idle(self) -> None:
+        """Refuse while a download is under way."""
+        ...
+
+    def tell(self, event: wire.Event) -> None:
+        """Send an event to all windows."""
+        ...
+
+    async def leave_target(self) -> str:
+        """Bring the module to rest and hang up; what is not known to be at rest."""
+        ...
+
+    async def take_up(self, target: Target) -> None:
+        """Go on with another module."""
+        ...
 
 
 class Switching:
     """Connects `hub` to what pages ask for, as far as `modules` allows it."""
 
-    def __init__(self, hub: Hub, modules: Modules) -> None:
+    def __init__(self, hub: Switched, modules: Modules) -> None:
         self._hub = hub
         self._modules = modules
         self._lock = asyncio.Lock()
@@ -32,7 +55,7 @@ class Switching:
 
     # Real modules
 
-    async def connect(self, page: Page, call: wire.Connect) -> None:
+    async def connect(self, page: Window, call: wire.Connect) -> None:
         """Go to a real module; one that does not answer only when asked for by `anyway`."""
         url = _url(call.url)
         self._modules.expect_open(url)
@@ -81,7 +104,7 @@ class Switching:
 
     # Virtual modules
 
-    async def use_virtual(self, page: Page, call: wire.UseVirtual) -> None:
+    async def use_virtual(self, page: Window, call: wire.UseVirtual) -> None:
         """Go to a virtual module, with a bench from the folder or from the text of a page."""
         recipe = self._recipe(call)
         self._modules.expect_virtual(recipe)
@@ -120,15 +143,15 @@ class Switching:
 
     # Looking for modules
 
-    async def list_ports(self, page: Page, call: wire.ListPorts) -> wire.Ports:
+    async def list_ports(self, page: Window, call: wire.ListPorts) -> wire.Ports:
         """What this computer has."""
         return await asyncio.to_thread(self.scanning.ports)
 
-    async def scan(self, page: Page, call: wire.Scan) -> None:
+    async def scan(self, page: Window, call: wire.Scan) -> None:
         """Begin to look for modules."""
         self.scanning.begin(page, [_url(port) for port in call.ports], far=call.far)
 
-    async def stop_scan(self, page: Page, call: wire.StopScan) -> None:
+    async def stop_scan(self, page: Window, call: wire.StopScan) -> None:
         """Look no more."""
         self.scanning.cancel()
 
