@@ -3,7 +3,10 @@
 import ast
 import subprocess
 import sys
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
+
+import grimp
 
 ROOT = Path(__file__).parent.parent
 SOURCE = ROOT / "src" / "tmcm34x"
@@ -24,6 +27,18 @@ def test_imports_point_down_only():
     linter = Path(sys.executable).with_name("lint-imports")
     result = subprocess.run([linter, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stdout
+
+
+def test_no_files_import_each_other_in_a_circle():
+    """Imports for type checking and in functions count."""
+    graph = grimp.build_graph("tmcm34x", cache_dir=None)
+    circles = TopologicalSorter(
+        {name: graph.find_modules_directly_imported_by(name) for name in graph.modules}
+    )
+    try:
+        circles.prepare()
+    except CycleError as error:
+        raise AssertionError(" imports ".join(reversed(error.args[1]))) from None
 
 
 def test_nothing_below_the_server_opens_a_file():
