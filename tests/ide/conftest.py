@@ -5,13 +5,13 @@ Scans wait longer for replies too, and ask fewer addresses.
 
 import pytest
 
-from tmcm34x.ide import motions, scanning
+from tmcm34x.ide import scanning, under_way
 
 
 @pytest.fixture(autouse=True)
 def patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """A busy machine must not end what a test has begun."""
-    monkeypatch.setattr(motions, "JOG_PATIENCE_S", 60.0)
-    monkeypatch.setattr(motions, "PATIENCE_S", 60.0)
+    monkeypatch.setattr(under_way, "JOG_PATIENCE_S", 60.0)
+    monkeypatch.setattr(under_way, "PATIENCE_S", 60.0)
     monkeypatch.setattr(scanning, "WAIT_S", 1.0)
     monkeypatch.setattr(scanning, "LIKELY_ADDRESSES", 2)

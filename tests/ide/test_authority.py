@@ -48,7 +48,7 @@ def test_a_motor_stops_when_its_page_is_closed(tmp_path):
 
 
 def test_a_motor_stops_when_its_page_says_nothing_more(tmp_path, monkeypatch):
-    monkeypatch.setattr("tmcm34x.ide.motions.JOG_PATIENCE_S", 0.3)
+    monkeypatch.setattr("tmcm34x.ide.under_way.JOG_PATIENCE_S", 0.3)
 
     async def scenario(ide, page):
         await page.call(wire.Jog(0, 400))
@@ -158,7 +158,7 @@ def test_what_belongs_to_a_closed_window_comes_to_rest(tmp_path):
 
 
 def test_what_belongs_to_a_silent_window_comes_to_rest(tmp_path, monkeypatch):
-    monkeypatch.setattr("tmcm34x.ide.motions.PATIENCE_S", 0.3)
+    monkeypatch.setattr("tmcm34x.ide.under_way.PATIENCE_S", 0.3)
 
     async def scenario(ide, page):
         async with ide.page() as other:
