@@ -83,7 +83,10 @@ function renew(protocol: string): void {
 }
 
 function welcomed(event: Welcome): void {
-    if (event.protocol !== PROTOCOL) return renew(String(event.protocol));
+    if (event.protocol !== PROTOCOL) {
+        renew(String(event.protocol));
+        return;
+    }
     sessionStorage.removeItem(RENEWED);
     const before = welcome.peek();
     welcome.value = event;
