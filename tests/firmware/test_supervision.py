@@ -216,11 +216,16 @@ class Motor:
         module.board.attach_driver(motor, self.driver)
 
 
-def test_a_stalled_motor_is_stopped_at_once():
+def with_stall_detection():
+    """A host of a module that stops motor 0 at a load value of 2 or less, and the motor."""
     module = switched_on()
     host = Host(module)
-    motor = Motor(module, 0)
     host.do("SAP 205, 0, 5")
+    return host, Motor(module, 0)
+
+
+def test_a_stalled_motor_is_stopped_at_once():
+    host, motor = with_stall_detection()
     host.do("ROL 0, 500")
     host.wait_ms(1000)
     assert [host.do(f"GAP {n}, 0") for n in (3, 206)] == [-500, 0]
@@ -233,11 +238,8 @@ def test_a_stalled_motor_is_stopped_at_once():
 
 
 def test_the_threshold_itself_stops():
-    module = switched_on()
-    host = Host(module)
-    motor = Motor(module, 0)
+    host, motor = with_stall_detection()
     motor.load = 5 / 7
-    host.do("SAP 205, 0, 5")
     host.do("ROR 0, 500")
     host.wait_ms(1000)
     assert host.do("GAP 3, 0") == 0
@@ -259,10 +261,7 @@ def test_stall_is_not_looked_for_while_speed_changes_or_detection_is_off():
 
 
 def test_a_stall_ends_a_reference_search():
-    module = switched_on()
-    host = Host(module)
-    motor = Motor(module, 0)
-    host.do("SAP 205, 0, 5")
+    host, motor = with_stall_detection()
     host.do("RFS START, 0")
     host.wait_ms(500)
     assert host.do("RFS STATUS, 0") > 0

@@ -8,7 +8,8 @@ import pytest
 
 from ide.ide_driver import running, virtual
 from tmcm34x import clock
-from tmcm34x.ide import hub, wire
+from tmcm34x.ide import calls, hub, wire
+from tmcm34x.ide.motions import BEGIN
 from tmcm34x.tmcl.datagram import Instruction
 
 PROGRAM = """\
@@ -32,6 +33,10 @@ def _go(folder: Path, scenario, **more):
 def _write(folder: Path, text: str = PROGRAM) -> str:
     (folder / "program.tmc").write_text(text)
     return "program.tmc"
+
+
+def test_each_call_is_done_in_one_place():
+    assert sorted([*calls.METHODS, *BEGIN], key=str) == sorted(wire.CALLS, key=str)
 
 
 def test_a_command_is_shown_with_its_telegrams(tmp_path):

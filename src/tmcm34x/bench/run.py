@@ -11,9 +11,8 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
-from tmcm34x.chips.ramp import VELOCITY
 from tmcm34x.clock import HZ, NEVER
-from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, X_TARGET, AxisState
+from tmcm34x.firmware.axis import V_ACTUAL, X_TARGET
 from tmcm34x.tmcl.commands import WAIT_TYPES
 
 if TYPE_CHECKING:
@@ -234,14 +233,7 @@ def _searching(module: FirmwareModule) -> bool:
 
 def _settled(module: FirmwareModule) -> bool:
     """Whether each motor goes on as it does now: at rest, turning evenly, or held by a switch."""
-    return all(
-        axis.read(V_ACTUAL) == axis.read(V_TARGET) if axis.read(RAMP_MODE) == VELOCITY else _arrived(axis)
-        for axis in module.axes
-    ) or _held(module)
-
-
-def _arrived(axis: AxisState) -> bool:
-    return axis.at_target and not axis.read(V_ACTUAL)
+    return all(axis.steady for axis in module.axes) or _held(module)
 
 
 def _held(module: FirmwareModule) -> bool:

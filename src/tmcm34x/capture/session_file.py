@@ -67,11 +67,10 @@ class SessionWriter:
     def _body(self, record: Record) -> str:
         self._addresses = ""
         words = self._request(record) if record.direction == ">" else self._reply(record)
-        if words and self._can == (
-            record.kind == "frame"
-        ):  # words are of the kind of line that the head names
+        can = record.kind == "frame"
+        if words and can == self._can:  # words are of the kind of line that the head names
             return words
-        if record.kind == "frame":
+        if can:
             return f"id ${record.identifier:x}: {record.data.hex(' ')}"
         return record.data.hex(" ")
 

@@ -163,7 +163,8 @@ def plan_poll(core: ModuleState) -> None:
     """Poll in the next period of 5 ms if any motor needs it."""
     for axis in core.axes:
         if axis.moving and watched(core, axis):
-            core.poll_due = min(core.poll_due, next_grid(core.now))
+            if core.poll_due == NEVER:
+                core.poll_due = next_grid(core.now)
             return
     core.poll_due = NEVER
 

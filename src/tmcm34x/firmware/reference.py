@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 
 from tmcm34x.chips.ramp import signed24
 from tmcm34x.firmware import encoder, motion
-from tmcm34x.firmware.axis import STOP_SWITCHES, V_ACTUAL, X_ACTUAL, Search
+from tmcm34x.firmware.axis import STOP_SWITCHES, X_ACTUAL, Search
 from tmcm34x.tmcl.numbers import AP
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def _stretch_done(axis: AxisState) -> bool:
         case Search.LEAVING:
             return not axis.left_switch
         case Search.GOING_TO_ZERO:
-            return axis.at_target and not axis.read(V_ACTUAL)
+            return axis.settled
         case _:
             return axis.left_switch
 

@@ -208,10 +208,12 @@ class _Lines:
 
     def _hear(self, sent: bool, data: bytes) -> None:
         """Note whose reply came late; a telegram may lie anywhere in what came."""
-        for start in range(0 if sent else len(data) - SIZE + 1):
-            if _is_identity(window := data[start : start + SIZE]):
-                late = self._unanswered.pop(window[1], None)
-                self._late += [late] if late else []
+        if sent:
+            return
+        for start in range(len(data) - SIZE + 1):
+            window = data[start : start + SIZE]
+            if _is_identity(window) and window[1] in self._unanswered:
+                self._late.append(self._unanswered.pop(window[1]))
 
     def give_up(self, port: str) -> None:
         """Try a port no more."""

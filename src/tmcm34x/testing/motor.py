@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Final, Protocol
 
+from tmcm34x.bench.session.phrase import nearest
 from tmcm34x.tmcl.axis_parameters import BY_KEY
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import Instruction
@@ -17,11 +17,6 @@ _GAP: Final = BY_MNEMONIC["GAP"].number
 _SAP: Final = BY_MNEMONIC["SAP"].number
 _FULL_STEP: Final = 1.0
 """Full steps from which on a motor has lost steps: less is how far a rotor lags behind its field."""
-
-
-def _proposal(key: str) -> str:
-    near = get_close_matches(key, BY_KEY, 1)
-    return f"did you mean {near[0]}?" if near else "dir(motor) lists them"
 
 
 class Commanded(Protocol):
@@ -71,7 +66,8 @@ class Motor:
     def _ask(self, number: int, key: str, value: int = 0) -> int:
         row = BY_KEY.get(key)
         if row is None:
-            raise AttributeError(f"no axis parameter {key!r}; {_proposal(key)}")
+            proposal = nearest(key, list(BY_KEY)) or "; dir(motor) lists them"
+            raise AttributeError(f"no axis parameter {key!r}{proposal}")
         instruction = Instruction(number, row.number, self.number, value)
         module = self._module
         ask = module.ask if number == _GAP else module.execute

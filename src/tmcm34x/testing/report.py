@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from tmcm34x.clock import seconds
 from tmcm34x.host import HostError
+from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.telegrams import explain
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ def _real_state(module: RealModule) -> str:
     _, application_status = module.command("GGP 128, 0")
     program = "stopped" if application_status in {0, 3} else "running"
     rows = [f"TMCM-{module.model} at {module.where}, program {program}"]
-    for motor in range(3):
+    for motor in range(MOTORS):
         axis = module.motor(motor)
         rows.append(f"  motor {motor}: position {axis.position}, target {axis.target}, speed {axis.speed}")
     return "\n".join(rows)

@@ -75,7 +75,7 @@ def until(page: Page, holds: Callable[[], bool], tries: int = 1200) -> None:
     raise AssertionError(f"it never came; the page says {page.locator('.lane, .notice').all_inner_texts()}")
 
 
-def rest_on(page: Page, place: Locator, sign: Locator) -> None:
+def rest_on(place: Locator, sign: Locator) -> None:
     """Rest the pointer on a place until the sign is there: an editor that is drawn anew waits for the next move."""
     for step in range(30):
         place.hover(position={"x": 4 + step % 2, "y": 8})

@@ -52,7 +52,7 @@ def test_texts_stay_texts(tmp_path: Path, open_ide: OpenIde):
     expect(page.locator(".telegram", has_text="SGP 7, 2, 1").first).to_be_visible()
     page.get_by_role("tab", name="Problems").click()
     expect(page.locator(".problem").filter(has_text="onerror").first).to_be_visible()
-    rest_on(page, page.locator(".cm-lintRange-error:visible").first, page.locator(".cm-tooltip").first)
+    rest_on(page.locator(".cm-lintRange-error:visible").first, page.locator(".cm-tooltip").first)
     page.keyboard.press("Control+p")
     page.keyboard.type("onerror")
     expect(page.get_by_role("dialog").or_(page.locator(".palette")).first).to_be_visible()

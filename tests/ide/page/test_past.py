@@ -38,7 +38,7 @@ def crashed(open_ide: OpenIde, tmp_path, source: str = PLANTED) -> Page:
 def test_a_planted_bug_is_found_by_asking_who_wrote_this(open_ide: OpenIde, tmp_path) -> None:
     page = crashed(open_ide, tmp_path)
     question = page.get_by_role("button", name="Who wrote co[5][0]?")
-    rest_on(page, page.locator(".cm-line", has_text="MVP   COORD").get_by_text("MVP"), question)
+    rest_on(page.locator(".cm-line", has_text="MVP   COORD").get_by_text("MVP"), question)
     question.click()
     expect(strip(page)).to_contain_text("PAST")
     expect(executed(page)).to_contain_text("SCO   5, 0, 900")

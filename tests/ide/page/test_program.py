@@ -74,12 +74,12 @@ def test_the_language_server_completes_explains_and_mends(page: Page):
     page.keyboard.type("4, 0, 1\nMWP ABS, 0, 5")
     expect(page.locator(".inlay", has_text="maximum positioning speed")).to_be_visible()
     change = page.get_by_role("button", name="Change to MVP")
-    rest_on(page, page.locator(".cm-lintRange-error").last, change)
+    rest_on(page.locator(".cm-lintRange-error").last, change)
     change.click()
     expect(page.locator(".cm-content")).to_contain_text("MVP ABS, 0, 5")
     expect(page.locator(".cm-lintRange-error")).to_have_count(0)
     manual = page.locator(".cm-tooltip-hover", has_text="jump always")
-    rest_on(page, page.locator(".cm-line", has_text="JA Loop").get_by_text("JA"), manual)
+    rest_on(page.locator(".cm-line", has_text="JA Loop").get_by_text("JA"), manual)
 
 
 def test_watches_and_registers_are_seen_and_changed(page: Page):

@@ -23,7 +23,7 @@ import { beginTour } from "./tour";
 import { layout, lowerPanel, palette, right, showBottom, showRight, theme } from "./layout";
 import { PAST_ACTIONS } from "./past_actions";
 import type { ControlProgram } from "../wire";
-import { inThePast, offline, runs, unfree, working } from "./hindrance";
+import { type Hindrance, inThePast, NO_FILE, noBench, noDocument, offline, runs, unfree, working } from "./hindrance";
 
 export interface Action {
     id: string;
@@ -34,7 +34,7 @@ export interface Action {
     icon?: string;
     hint?: string;
     /** What keeps it from being done now; empty where nothing does. */
-    hindrance?: () => string | false;
+    hindrance?: () => Hindrance;
     /** Of a switch: whether it is on. */
     on?: () => boolean;
     run: () => unknown;
@@ -45,7 +45,6 @@ const noServer = () => offline.value;
 const unlessPast = () => offline.value || inThePast.value;
 const unlessBuilding = () => working.value || inThePast.value;
 const unlessRuns = () => unfree.value || runs.value;
-const onBench = () => offline.value || (!can.value.bench && "Only a virtual module has this");
 
 /** What F9 does: go on when the program is held or stopped in the middle, else start it. */
 const runOrContinue = () => (held.value ? go("continue") : run());
@@ -175,7 +174,7 @@ export const ACTIONS: Action[] = [
         title: "Set or clear the main file",
         group: "Program",
         hint: "The file that Run means, whatever page is open",
-        hindrance: () => activeTab.value?.kind !== "file" && !mainFile.value && "No file is in front",
+        hindrance: () => activeTab.value?.kind !== "file" && !mainFile.value && NO_FILE,
         run: () => (mainFile.value = mainFile.value ? "" : active.value),
     },
 
@@ -205,7 +204,7 @@ export const ACTIONS: Action[] = [
         group: "Module",
         keys: ["Ctrl+F9"],
         hint: "Freeze the virtual module and the world around it",
-        hindrance: onBench,
+        hindrance: () => noBench.value,
         run: () => ask({ call: "set_time", paused: !timePaused.value }),
     },
     {
@@ -213,7 +212,7 @@ export const ACTIONS: Action[] = [
         title: "Let one millisecond pass",
         group: "Module",
         keys: ["Ctrl+F10"],
-        hindrance: onBench,
+        hindrance: () => noBench.value,
         run: () => ask({ call: "step_time", ms: 1 }),
     },
 
@@ -232,7 +231,7 @@ export const ACTIONS: Action[] = [
         group: "File",
         keys: ["Ctrl+S"],
         icon: "save",
-        hindrance: () => !activeDocument.value && "No file is in front",
+        hindrance: () => noDocument.value,
         run: () => activeDocument.value && save(activeDocument.value),
     },
     { id: "save_all", title: "Save all", group: "File", keys: ["Ctrl+Shift+S"], run: saveAll },
@@ -266,7 +265,7 @@ export const ACTIONS: Action[] = [
         title: "Show Machine",
         group: "View",
         keys: ["Ctrl+Alt+M"],
-        hindrance: onBench,
+        hindrance: () => noBench.value,
         run: () => showRight("machine"),
     },
     ...(

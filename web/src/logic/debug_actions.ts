@@ -4,14 +4,14 @@ import { can } from "./app";
 import { compare } from "./compare";
 import { counting, coverageSource, hideCoverage, pickTracefile, toggleCounting } from "./coverage";
 import { exportSettings, pickSettings } from "./exchange";
-import { activeDocument, openPage, saveAs, target } from "./documents";
+import { activeDocument, openPage, saveAs } from "./documents";
 import { showRight } from "./layout";
 import { followOn, liveOn } from "./live";
 import { tool } from "./views";
-import { offline } from "./hindrance";
+import { noBench, noDocument, noProgram, notVirtual, offline } from "./hindrance";
 
 const noServer = () => offline.value;
-const noProgram = () => offline.value || (!target.value && "No program is in front");
+const unlessProgram = () => offline.value || noProgram.value;
 
 function showTool(name: typeof tool.value): void {
     tool.value = name;
@@ -35,7 +35,7 @@ export const DEBUG_ACTIONS: Action[] = [
         group: "Program",
         keys: ["Alt+V"],
         hint: "While the program is held or virtual time runs slowly",
-        hindrance: () => !can.value.peek && "Only a virtual module has this",
+        hindrance: () => notVirtual(can.value.peek),
         on: () => liveOn.value,
         run: () => (liveOn.value = !liveOn.value),
     },
@@ -44,7 +44,7 @@ export const DEBUG_ACTIONS: Action[] = [
         title: "Count coverage of the live program",
         group: "Program",
         keys: ["Alt+C"],
-        hindrance: () => offline.value || (!can.value.bench && "Only a virtual module has this"),
+        hindrance: () => noBench.value,
         on: () => counting.value,
         run: toggleCounting,
     },
@@ -67,7 +67,7 @@ export const DEBUG_ACTIONS: Action[] = [
         title: "Compare with the program in the module",
         group: "Program",
         keys: ["Alt+M"],
-        hindrance: noProgram,
+        hindrance: unlessProgram,
         run: () => compare("module"),
     },
     {
@@ -75,7 +75,7 @@ export const DEBUG_ACTIONS: Action[] = [
         title: "Compare with the file on the disk",
         group: "File",
         keys: ["Alt+D"],
-        hindrance: noProgram,
+        hindrance: unlessProgram,
         run: () => compare("disk"),
     },
     {
@@ -83,7 +83,7 @@ export const DEBUG_ACTIONS: Action[] = [
         title: "Save as\u2026",
         group: "File",
         keys: ["Ctrl+Alt+S"],
-        hindrance: () => !activeDocument.value && "No file is in front",
+        hindrance: () => noDocument.value,
         run: () => activeDocument.value && saveAs(activeDocument.value),
     },
     {

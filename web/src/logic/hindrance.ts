@@ -1,13 +1,13 @@
 // What keeps a control from being used: while it is disabled, its title says why.
 import { computed } from "@preact/signals";
-import { online, running } from "./app";
+import { can, online, running } from "./app";
 import { notReady } from "./authority";
 import { busy } from "./build";
-import { opened } from "./documents";
+import { activeDocument, opened, target } from "./documents";
 import { underWay } from "./modules";
 import { past } from "./past";
 
-type Hindrance = string | false | null | undefined;
+export type Hindrance = string | false | null | undefined;
 
 /** Attributes of a control that cannot be used while something hinders it. */
 export const unless = (hindrance: Hindrance, title?: string) => ({
@@ -26,4 +26,9 @@ export const inThePast = computed(() => past.value && "A past moment is shown: g
 export const runs = computed(() => running.value && "The program runs: pause it first");
 /** Of the program, and with it of motors; along the past nothing moves. */
 export const unfree = computed(() => working.value || (past.value ? "" : notReady.value));
+export const notVirtual = (ability: boolean): Hindrance => !ability && "Only a virtual module has this";
+export const noBench = computed(() => offline.value || notVirtual(can.value.bench));
+export const NO_FILE = "No file is in front";
+export const noDocument = computed(() => !activeDocument.value && NO_FILE);
+export const noProgram = computed(() => !target.value && "No program is in front");
 export const unread = (value: unknown): Hindrance => value == null && "Not read from the module yet";

@@ -4,7 +4,7 @@ import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { action, perform } from "../logic/actions";
 import { Icon } from "./icons";
-import { unless } from "../logic/hindrance";
+import { type Hindrance, unless } from "../logic/hindrance";
 
 /** A button for a row of ACTIONS. */
 export function ActionButton({ id, label = false, tone = "" }: { id: string; label?: boolean; tone?: string }) {
@@ -33,7 +33,7 @@ export function IconButton(props: {
     title?: string;
     size?: number;
     class?: string;
-    hindrance?: string | false | null;
+    hindrance?: Hindrance;
     pressed?: boolean;
     expanded?: boolean;
 }) {

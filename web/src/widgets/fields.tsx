@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { readNumber, type Units } from "../logic/text";
 import { Icon } from "./icons";
+import { type Hindrance, unless } from "../logic/hindrance";
 
 interface Limits {
     low?: number;
@@ -42,7 +43,7 @@ interface Common extends Limits {
     label: string;
     width?: number;
     /** What keeps it from being used. */
-    hindrance?: string | false | null;
+    hindrance?: Hindrance;
     class?: string;
 }
 
@@ -64,10 +65,9 @@ export function LocalNumber(
             class={`number ${wrong.value ? "wrong" : ""} ${props.class ?? ""}`}
             aria-label={props.label}
             aria-invalid={wrong.value}
-            title={props.hindrance || (wrong.value ? rangeText(props) : undefined)}
+            {...unless(props.hindrance, wrong.value ? rangeText(props) : undefined)}
             autocomplete="off"
             spellcheck={false}
-            disabled={!!props.hindrance}
             style={props.width ? { width: `${props.width}px` } : undefined}
             onBlur={show}
             onInput={event => {
@@ -138,15 +138,14 @@ export function NumberField(props: Common & { value: number | string; onCommit: 
                 spellcheck={false}
                 aria-label={props.label}
                 aria-invalid={wrong}
-                title={
-                    props.hindrance ||
-                    (wrong
+                {...unless(
+                    props.hindrance,
+                    wrong
                         ? rangeText(props)
                         : draft.value === null
                           ? undefined
-                          : `${UNSENT}${draft.value === String(value) ? "" : `; it is ${grouped(value!)}`}`)
-                }
-                disabled={!!props.hindrance}
+                          : `${UNSENT}${draft.value === String(value) ? "" : `; it is ${grouped(value!)}`}`,
+                )}
                 onInput={event =>
                     (draft.value = event.currentTarget.value === String(props.value) ? null : event.currentTarget.value)
                 }
@@ -168,7 +167,7 @@ export function SelectField(props: {
     value: number | null;
     choices: readonly { value: number; text: string }[];
     label: string;
-    hindrance?: string | false | null;
+    hindrance?: Hindrance;
     numbers?: boolean;
     onCommit: (value: number) => void;
 }) {
@@ -186,11 +185,10 @@ export function SelectField(props: {
                 class={draft.value === null ? "" : "unsent"}
                 aria-label={props.label}
                 value={String(shown)}
-                disabled={!!props.hindrance}
-                title={
-                    props.hindrance ||
-                    (draft.value === null ? props.choices.find(choice => choice.value === shown)?.text : UNSENT)
-                }
+                {...unless(
+                    props.hindrance,
+                    draft.value === null ? props.choices.find(choice => choice.value === shown)?.text : UNSENT,
+                )}
                 onChange={event => {
                     const next = Number(event.currentTarget.value);
                     draft.value = next === props.value ? null : next;

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final, Protocol
 
-from tmcm34x.chips.ramp import VELOCITY
 from tmcm34x.clock import MS, NEVER, Timed
 from tmcm34x.debug.branches import HistoryError
 from tmcm34x.debug.breaks import error_text
@@ -21,7 +20,6 @@ from tmcm34x.debug.reverse import Here
 from tmcm34x.debug.sessions.backward import BEFORE_COMMANDS, Backward
 from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Listener, Text
 from tmcm34x.debug.sessions.local import LocalSession
-from tmcm34x.firmware.axis import RAMP_MODE, V_ACTUAL, V_TARGET, AxisState
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
@@ -58,14 +56,7 @@ def at_rest(module: FirmwareModule) -> bool:
     """Whether each motor goes on as it does now: it stands, turns evenly, or is held by a switch."""
     if any(axis.search for axis in module.axes):
         return False
-    return module.board.next_event() >= NEVER or all(map(_even, module.axes))
-
-
-def _even(axis: AxisState) -> bool:
-    speed = axis.read(V_ACTUAL)
-    if axis.read(RAMP_MODE) == VELOCITY:
-        return speed == axis.read(V_TARGET)
-    return not speed and axis.at_target
+    return module.board.next_event() >= NEVER or all(axis.steady for axis in module.axes)
 
 
 def _never() -> bool:

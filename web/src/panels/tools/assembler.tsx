@@ -1,10 +1,9 @@
 // How programs are assembled here, and what can be made of the one in front.
 import { welcome } from "../../logic/app";
 import { compare } from "../../logic/compare";
-import { target } from "../../logic/documents";
 import { options } from "../../logic/options";
 import { Switch } from "../../widgets/basics";
-import { unless } from "../../logic/hindrance";
+import { noProgram, unless } from "../../logic/hindrance";
 
 const MODELS = [341, 342, 343];
 
@@ -42,10 +41,10 @@ export function Assembler() {
             <section class="card">
                 <h3>The program in front</h3>
                 <div class="row">
-                    <button {...unless(!target.value && "No program is in front")} onClick={() => compare("module")}>
+                    <button {...unless(noProgram.value)} onClick={() => compare("module")}>
                         Compare with the module
                     </button>
-                    <button {...unless(!target.value && "No program is in front")} onClick={() => compare("disk")}>
+                    <button {...unless(noProgram.value)} onClick={() => compare("disk")}>
                         Compare with its file
                     </button>
                 </div>
