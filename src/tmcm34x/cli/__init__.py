@@ -52,7 +52,7 @@ SUB_COMMANDS: Final = (
     SubCommand("send", "tmcm34x.cli.host.send", "Send commands to a module and show the replies."),
     SubCommand("console", "tmcm34x.cli.host.console", "Talk to a module, with completion and help."),
     SubCommand("status", "tmcm34x.cli.host.control", "Show what a module is doing.", "status"),
-    SubCommand("why", "tmcm34x.cli.host.why", "Tell why a motor does not turn."),
+    SubCommand("why", "tmcm34x.cli.host.why", "Explain why a motor does not turn."),
     SubCommand("monitor", "tmcm34x.cli.host.monitor", "Watch a module: a live table, a plot, CSV."),
     SubCommand(
         "download", "tmcm34x.cli.host.memory", "Store a program in a module and verify it.", "download"

@@ -62,7 +62,7 @@ WORDS: Final[dict[str, Word]] = {
         "break the cable of a limit switch, or mend it",
         lambda w: _act("unplug", int(w[1]), w[0], not _off(w[2:])),
     ),
-    "level": Word("INPUT LEVEL|auto", "hold an input at 0..1023", _level),
+    "level": Word("INPUT LEVEL|auto", "hold an input at 0..1023, or give it back to its source", _level),
     "driver": Word(
         "MOTOR FAULT [off]",
         "raise or end a fault of a driver",
@@ -72,17 +72,29 @@ WORDS: Final[dict[str, Word]] = {
         "MOTOR TORQUE", "load a shaft, in newton metres", lambda w: _act("push", int(w[0]), float(w[1]))
     ),
     "move": Word(
-        "MOTOR POSITION", "take a load to a position", lambda w: _act("move", int(w[0]), float(w[1]))
+        "MOTOR POSITION",
+        "take a load to a position, in mm or degrees",
+        lambda w: _act("move", int(w[0]), float(w[1])),
     ),
     "power": Word("on|off", "switch the supply", lambda w: _act("power", not _off(w))),
-    "fault": Word("FAULT", "a fault of the lines (docs/faults.md)", lambda w: {"do": "fault", "fault": w[0]}),
-    "clear": Word(
-        "[NAME]", "end faults of the lines", lambda w: {"do": "clear", **({"fault": w[0]} if w else {})}
+    "fault": Word(
+        "FAULT",
+        "put a fault of the lines in force (docs/faults.md)",
+        lambda w: {"do": "fault", "fault": w[0]},
     ),
-    "speed": Word("FACTOR", "of virtual time", lambda w: {"do": "speed", "speed": float(w[0])}),
+    "clear": Word(
+        "[NAME]",
+        "end one fault of the lines, or all",
+        lambda w: {"do": "clear", **({"fault": w[0]} if w else {})},
+    ),
+    "speed": Word(
+        "FACTOR",
+        "set the speed of virtual time; 1 is real time",
+        lambda w: {"do": "speed", "speed": float(w[0])},
+    ),
     "pause": Word("", "stop virtual time", lambda _: {"do": "pause"}),
     "resume": Word("", "let virtual time go on", lambda _: {"do": "resume"}),
-    "until": Word("TIME [s|ms|min]", "let virtual time pass as fast as possible", _seconds),
+    "until": Word("TIME [s|ms|min]", "let this much virtual time pass, as fast as possible", _seconds),
     "snapshot": Word("FILE", "write the state of the bench", lambda _: {"do": "snapshot"}),
     "restore": Word("FILE", "go back to a snapshot", lambda w: {"do": "restore", "snapshot": _read(w[0])}),
     "digest": Word("", "print the fingerprint of the state", lambda _: {"do": "digest"}),
@@ -109,7 +121,7 @@ _EPILOG: Final = "\b\nACTION is one of\n" + "\n".join(
 @click.argument("action")
 @click.argument("operands", nargs=-1)
 def command(control: str, module: int, action: str, operands: tuple[str, ...]) -> int:
-    """Do something to the bench of a running `tmcm34x serve --control ADDRESS`, or `tmcm34x ide` likewise."""
+    """Do something to the bench of a running `tmcm34x serve --control ADDRESS` or `tmcm34x ide --control ADDRESS`."""
     word = WORDS.get(action)
     if word is None:
         raise click.UsageError(f"there is no action {action!r}; there are {', '.join(WORDS)}")

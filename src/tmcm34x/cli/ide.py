@@ -58,10 +58,16 @@ Examples:
     "--baud", type=click.IntRange(1), default=9600, show_default=True, help="Bits per second of --port."
 )
 @click.option(
-    "--address", type=click.IntRange(0, 255), default=1, show_default=True, help="Address of the module."
+    "--address",
+    type=click.IntRange(0, 255),
+    default=1,
+    show_default=True,
+    help="Address of the module at --port.",
 )
 @click.option(
-    "--model", type=click.Choice(["341", "342", "343"]), help="Virtual module type; a TMCM-343 otherwise."
+    "--model",
+    type=click.Choice(["341", "342", "343"]),
+    help="Virtual module type, without --bench; by default that of --eeprom, or 343.",
 )
 @click.option(
     "--bench",
@@ -69,23 +75,25 @@ Examples:
     metavar="FILE",
     help="What hangs on the virtual module.",
 )
-@click.option("--eeprom", type=FILE_OUT, metavar="FILE", help="Image of its non-volatile memory.")
+@click.option(
+    "--eeprom", type=FILE_OUT, metavar="FILE", help="Image of its non-volatile memory; created when missing."
+)
 @click.option(
     "--listen",
     type=link_options.TcpAddress(),
     metavar="HOST:PORT",
-    help=f"Where the browser finds the IDE; otherwise loopback and port {PORT}, or a free one where that is taken.",
+    help=f"Where the browser finds the IDE; by default on loopback at port {PORT}, or a free one where that is taken.",
 )
 @parameter_options.option
 @link_options.options
 @link_options.control
 @click.option("--no-browser", is_flag=True, help="Do not open a browser.")
 def command(paths: tuple[Path, ...], listen: tuple[str, int] | None, no_browser: bool, **options: Any) -> int:
-    """The TMCL-IDE in the browser: editor, debugger, axes, plots and bench.
+    """Open the TMCL-IDE in the browser: editor, debugger, axes, plots and bench.
 
-    Without --port, on a virtual module, which other hosts may reach too by --pty, --tcp, --slcan and --can; the page
-    changes to another module and back.
-    Prints its address, token included, on a line of its own; the address is good for this run only.
+    Without --port it works on a virtual module, which other hosts can reach too by --pty, --tcp, --slcan and --can;
+    the page can change to another module and back.
+    The address of the page, token included, is printed on a line of its own and is valid for this run only.
     """
     if options["port"] and any(options[name] for name in _VIRTUAL):
         raise CliError(
@@ -93,7 +101,7 @@ def command(paths: tuple[Path, ...], listen: tuple[str, int] | None, no_browser:
             "are for virtual ones"
         )
     if options["bench"] and options["model"]:
-        raise CliError("the bench file says which model it is: leave --model away")
+        raise CliError("the bench file says which model it is: leave --model out")
     listener = bind_usual() if listen is None else _bind(*listen)
     host = link_options.LOOPBACK if listen is None else listen[0]
     with logging_here():

@@ -44,9 +44,21 @@ def _explain(context: click.Context, _parameter: click.Parameter, code: str | No
 @append_stop_option
 @model_option
 @click.option(
-    "--off", "off", multiple=True, type=_CODE, metavar="CODE", help="Turn a rule off; several times."
+    "--off",
+    "off",
+    multiple=True,
+    type=_CODE,
+    metavar="CODE",
+    help="Turn a rule off; may be given several times.",
 )
-@click.option("--on", "on", multiple=True, type=_CODE, metavar="CODE", help="Turn a rule on that is off.")
+@click.option(
+    "--on",
+    "on",
+    multiple=True,
+    type=_CODE,
+    metavar="CODE",
+    help="Turn a rule on that is off; may be given several times.",
+)
 @click.option(
     "--explain", metavar="CODE", is_eager=True, expose_value=False, callback=_explain,
     help="Print what a diagnostic means, with an example and its cure.",

@@ -58,7 +58,7 @@ Examples:
 )
 @click.option("--junit", type=FILE_OUT, metavar="OUT", help="Write the results as JUnit XML.")
 @click.option("--first", is_flag=True, help="End at the first failure.")
-@click.option("--quiet", is_flag=True, help="Print failures and the sum only.")
+@click.option("--quiet", is_flag=True, help="Print only failures and the summary.")
 @click.option(
     "--port",
     metavar="PORT",
@@ -73,10 +73,14 @@ Examples:
     help="Bits per second of a serial port.",
 )
 @click.option(
-    "--address", type=click.IntRange(0, 255), default=1, show_default=True, help="Of the real module."
+    "--address", type=click.IntRange(0, 255), default=1, show_default=True, help="Address of the real module."
 )
 @click.option(
-    "--host-address", type=click.IntRange(0, 255), default=2, show_default=True, help="In its replies."
+    "--host-address",
+    type=click.IntRange(0, 255),
+    default=2,
+    show_default=True,
+    help="Host address in its replies.",
 )
 @click.option(
     "--yes", is_flag=True, help="Play sessions that may move a real module's motors without asking."

@@ -69,7 +69,7 @@ Examples:
 )
 @click.option("--anonymous", is_flag=True, help="Leave out texts, and name lines by number.")
 def command(out: Path, target: str, **options: Any) -> int:
-    """Sit between hosts and a module, and record what passes into OUT.
+    """Pass telegrams between hosts and a module, and record them in OUT.
 
     OUT is a session with times (.session), a file for Wireshark (.pcapng), a candump log (.log; frames only) or a text
     log (.hex).  Without --pty, --serial or --tcp a pseudo terminal is opened; a CAN bus is only listened to, and needs

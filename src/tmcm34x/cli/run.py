@@ -103,7 +103,7 @@ Examples:
     default=0.0,
     show_default=True,
     metavar="FACTOR",
-    help="Of virtual time: 1 is real time, 0 as fast as possible.",
+    help="Speed of virtual time: 1 is real time, 0 as fast as possible.",
 )
 @click.option(
     "--bench", type=_IN, metavar="FILE", help="What is connected to the module; bare motors without it."
@@ -135,7 +135,9 @@ Examples:
     metavar="US",
     help="Time of one TMCL instruction in microseconds; 100 unless the bench says otherwise, an assumption.",
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Of everything random, without a bench.")
+@click.option(
+    "--seed", type=int, default=0, show_default=True, help="Seed of all random numbers; a bench has its own."
+)
 @click.option(
     "--set",
     "variables",

@@ -60,7 +60,11 @@ Examples:
 @link_options.options
 @click.option("--serial", "serials", multiple=True, metavar="DEVICE", help="A real serial port.")
 @click.option(
-    "--baud", type=click.IntRange(1), default=BAUD_RATES[0], show_default=True, help="Its bits per second."
+    "--baud",
+    type=click.IntRange(1),
+    default=BAUD_RATES[0],
+    show_default=True,
+    help="Bits per second of --serial.",
 )
 @click.option(
     "--each",
@@ -86,7 +90,7 @@ Examples:
 @click.option(
     "--durable",
     is_flag=True,
-    help="Have each change of the memory on the disk before its reply: nothing is lost when the computer loses power.",
+    help="Write each change of the memory to the disk before its reply: nothing is lost when the computer loses power.",
 )
 @click.option(
     "--program",
@@ -109,9 +113,11 @@ Examples:
     default=1.0,
     show_default=True,
     metavar="FACTOR",
-    help="Of virtual time: 1 is real time, 10 ten times as fast, 0.1 slow motion, 0 as fast as possible.",
+    help="Speed of virtual time: 1 is real time, 10 ten times as fast, 0.1 slow motion, 0 as fast as possible.",
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
+@click.option(
+    "--seed", type=int, default=0, show_default=True, help="Seed of all random numbers; a bench has its own."
+)
 @click.option(
     "--pace",
     is_flag=True,
@@ -144,7 +150,7 @@ Examples:
 @click.option(
     "--log-telegrams",
     metavar="FILE",
-    help="Write down every telegram with its time and meaning; - is the terminal.",
+    help="Write down every telegram with its time and meaning; - is standard output.",
 )
 @click.option(
     "--record",

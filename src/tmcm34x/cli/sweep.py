@@ -63,7 +63,7 @@ Examples:
 @click.option(
     "--cluster",
     metavar="ADDRESS",
-    help="Have the runs done by the dask.distributed cluster with this scheduler, such as tcp://127.0.0.1:8786.",
+    help="Do the runs on the dask.distributed cluster with this scheduler, such as tcp://127.0.0.1:8786.",
 )
 @click.option("--parquet", type=FILE_OUT, metavar="OUT.parquet", help="Write the table in Parquet too.")
 @click.option(

@@ -43,7 +43,7 @@ _PORT: Final = re.compile(r"\A(serial|tcp|can|slcan|virtual|[a-z0-9+]+://)[:/]?|
 in_use_option = click.option(
     "--in-use-only",
     is_flag=True,
-    help="Leave the stored values alone; the backup then says that it is not complete.",
+    help="Do not read the stored values; the backup then says that it is not complete.",
 )
 keep_address_option = click.option(
     "--keep-address",

@@ -114,7 +114,7 @@ def _say_state(connection: Connection) -> int:
 def status(connection: Connection, as_json: bool) -> int:
     """Show what the module is doing: program, motors, switches.
 
-    A value that the module does not tell is named as such, and the exit status is 1.
+    A value that could not be read is named as such, and the exit status is 1.
     """
     from tmcm34x.host.reading import Value
 

@@ -32,7 +32,7 @@ PATIENCE: Final = 3
     default=5.0,
     show_default=True,
     metavar="HZ",
-    help="Looks a second.",
+    help="Updates per second.",
 )
 @click.option("--csv", "as_csv", is_flag=True, help="Print comma-separated values instead of the table.")
 @click.option("--plot", is_flag=True, help="Draw the actual speeds over time under the table.")
@@ -48,7 +48,7 @@ PATIENCE: Final = 3
     is_flag=True,
     help="Read load, driver flags and encoders too; for them the module exchanges datagrams.",
 )
-@click.option("--count", type=click.IntRange(1), metavar="N", help="End after N looks.")
+@click.option("--count", type=click.IntRange(1), metavar="N", help="End after N updates.")
 @port_option
 def command(
     *,
@@ -60,7 +60,7 @@ def command(
     count: int | None,
     url: str | None,
 ) -> int:
-    """Show positions, speeds, currents, switches, inputs and the program, again and again until Ctrl+C.
+    """Show positions, speeds, currents, switches, inputs and the program, until Ctrl+C.
 
     A value that the module refuses or does not reply to is shown as such, never as 0.
     """

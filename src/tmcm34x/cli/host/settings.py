@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 @click.group()
 def command() -> None:
-    """Axis parameters, global parameters, user variables and coordinates of a module, as a text file.
+    """Save, load, compare and store parameters, user variables and coordinates of a module, as a text file.
 
     Files are TOML, or TMCL source where their name ends in .tmc. What could cut the line (address, bit rate, CAN
     identifiers) or wipe the program is left out; `tmcm34x backup` has all of it.

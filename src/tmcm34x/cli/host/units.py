@@ -52,7 +52,7 @@ def _positive(name: str, meaning: str, default: float | None = None, **options: 
 @click.command()
 @_setting("--pulse-divisor", "pulse_divisor")
 @_setting("--ramp-divisor", "ramp_divisor")
-@_setting("--resolution", "microstep_resolution", meaning="a full step has 2 to this microsteps")
+@_setting("--resolution", "microstep_resolution", meaning="a full step has 2 to the power of this microsteps")
 @click.option(
     "--fullsteps",
     type=click.IntRange(1, 10_000),
@@ -66,13 +66,16 @@ def _positive(name: str, meaning: str, default: float | None = None, **options: 
 @_setting("--acceleration", "max_acceleration")
 @_setting("--current", "max_current", meaning="coil current; that at rest (7) has the same unit")
 @click.option(
-    "--distance", type=FiniteRange(0), metavar="UNITS", help="Tell how long a move by this distance takes."
+    "--distance",
+    type=FiniteRange(0),
+    metavar="UNITS",
+    help="Print how long a move by this distance takes; the unit is that of --pitch.",
 )
 @_positive("--rev-min", "Find the settings for this speed, with --ramp.")
 @_positive("--ramp", "Time from rest to the speed of --rev-min.", metavar="SECONDS")
 @_positive("--current-ma", "Find the setting for this coil current (RMS).", metavar="MA")
 @_positive(
-    "--largest-ma", "Coil current (RMS) of setting 255, where the model does not tell it.", metavar="MA"
+    "--largest-ma", "Coil current (RMS) of setting 255, where the model does not define it.", metavar="MA"
 )
 @click.option(
     "--model",

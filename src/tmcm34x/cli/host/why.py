@@ -18,9 +18,9 @@ from tmcm34x.tmcl.commands import MOTORS
 @port_option
 @json_option
 def command(motor: int | None, drivers: bool, url: str | None, as_json: bool) -> int:
-    """Tell why MOTOR, or each motor, does not turn: a line for each reason, with the parameter and what changes it.
+    """Explain why MOTOR, or each motor, does not turn: a line for each reason, with the parameter and what changes it.
 
-    The exit status is 1 where the module did not tell everything, so that a reason may be missing.
+    The exit status is 1 where something could not be read, so that a reason may be missing.
     """
     from tmcm34x.host import settings, why
 
