@@ -20,7 +20,7 @@ from tmcm34x.tmcl.datagram import Instruction, Reply, pack_can_reply, unpack_rep
 from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_KEYS
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
-can = pytest.importorskip("can")
+can = pytest.importorskip("can", reason="python-can is the extra `can`")
 
 PATIENCE_S = 1.0
 """For replies of threads and processes on a busy machine."""

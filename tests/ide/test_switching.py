@@ -285,7 +285,7 @@ def _slcan(server):
 
 @pytest.mark.parametrize("kind", ["can", "slcan"])
 def test_a_module_on_can_is_a_real_one_like_any_other(tmp_path, kind, request):
-    pytest.importorskip("can")
+    pytest.importorskip("can", reason="python-can is the extra `can`")
     (tmp_path / "a.tmc").write_text(STEPS)
     bench = Bench(link=_bus(request.node.name) if kind == "can" else _slcan)
     target = f"can:virtual:{request.node.name}" if kind == "can" else f"slcan:{bench.address}"

@@ -256,7 +256,7 @@ def test_a_full_disk_is_tried_again_until_there_is_room(tmp_path, monkeypatch):
         kept.eeprom.set_variable(3, 4)
         kept.eeprom.set_variable(4, 5)
         assert kept.store.error == "memory: No space left on device"
-        await asyncio.sleep(0.1)
+        await asyncio.sleep(0.1)  # many tries that must not be reported again
         assert kept.lines == ["memory not saved: memory: No space left on device; trying again every second"]
         disk.full = False
         assert await kept.until(lambda: not kept.store.error)
