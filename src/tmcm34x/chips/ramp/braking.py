@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from functools import lru_cache
 from math import isqrt
 from typing import Final
 
 from tmcm34x.chips.ramp.law import FARTHEST, Law
 from tmcm34x.chips.ramp.parts import Change, Coast, Part
 from tmcm34x.chips.ramp.plan import simple_part
+from tmcm34x.chips.ramp.roots import roots
 from tmcm34x.chips.ramp.state import LAST, TURN, RampState
 
 Place = tuple[int, int, int]
@@ -175,16 +175,16 @@ class Braking(Part):
         room = min(until - n >> law.ramp_div, self.EVERY)
         way -= 1
         factor, shift = law.factor, law.shift
-        roots = _roots(factor, shift, way >> 11)
+        known = roots(factor, shift, way >> 11)
         fastest = max(speed >> 8, isqrt(factor * (way >> 11) >> shift))
         while room > 0 and way >= near:
             before = n, speed, way + 1
             count = max(1, min(room, (way - near) // (fastest * pulses)))
             for _ in range(count):
                 speed -= step
-                root = roots[way >> 11]
+                root = known[way >> 11]
                 if not root:
-                    root = roots[way >> 11] = isqrt(factor * (way >> 11) >> shift) << 8
+                    root = known[way >> 11] = isqrt(factor * (way >> 11) >> shift) << 8
                 if root > speed:  # noqa: PLR1730 - a call would cost as much as the rest of the round
                     speed = root
                 way -= (speed >> 8) * pulses
@@ -231,21 +231,6 @@ class Braking(Part):
                 break
             place = after
         return place
-
-
-def _roots(factor: int, shift: int, farthest: int) -> list[int]:
-    """The braking velocity in 1/256 at each distance up to one, as far as it was asked for; 0 where it was not."""
-    roots = _known_roots(factor, shift)
-    missing = farthest + 1 - len(roots)
-    if missing > 0:
-        roots += [0] * missing
-    return roots
-
-
-@lru_cache(16)
-def _known_roots(_factor: int, _shift: int) -> list[int]:
-    """The list of `_roots`, the same for all axes with these braking factors."""
-    return []
 
 
 def _ahead(place: Place) -> int:
