@@ -1,8 +1,9 @@
 """Rows that wait to be done, and rows that workers have: the same for processes and for a cluster.
 
 Workers are given slices of rows and return what they have done of a slice in a short time, so that short runs cost few
-messages and long ones lose little.  A slice whose worker was lost is given out again, row by row; a row with which its
-worker is lost alone has failed.
+messages and long ones lose little.  Slices become smaller towards the end, so that all workers end at about the same
+time.  A slice whose worker was lost is given out again, row by row; a row with which its worker is lost alone has
+failed.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ from typing import Final
 from tmcm34x.sweep.plan import Job, Row
 from tmcm34x.sweep.single import Result, result_of
 
-_LARGEST: Final = 64
+_LARGEST: Final = 256
 """Rows of a slice."""
-_SLICE_S: Final = 0.05
+_SLICE_S: Final = 0.2
 """After so long a worker returns what it has done of a slice."""
 LOST: Final = Result(error="the process that did the run has ended before it was over")
 
@@ -79,7 +80,7 @@ class Work:
             self._given[submit([self._rows[number] for number in numbers])] = numbers
 
     def _next(self) -> list[int]:
-        """The next slice: a doubtful row alone, or rows that wait."""
+        """The next slice: a doubtful row alone, or rows that wait, half of a fair share of them at most."""
         if self._doubtful:
             return [self._doubtful.popleft()]
         fair = max(1, len(self._waiting) // (2 * self._crew))
@@ -91,7 +92,7 @@ class Work:
         numbers = self._given.pop(future)
         rest = numbers[len(done) :]
         self._waiting.extendleft(reversed(rest))
-        self._size = min(_LARGEST, max(1, len(done) if rest else 2 * self._size))
+        self._size = min(_LARGEST, max(1, len(done) if rest else max(self._size, 2 * len(done))))
         yield from zip(numbers, done, strict=False)
 
     def _lose(self, futures: Iterable[Future[list[Result]]]) -> Iterator[Numbered]:
