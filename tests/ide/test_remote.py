@@ -147,6 +147,36 @@ def test_a_breakpoint_holds_the_program_of_a_real_module_which_runs_in_single_st
     _go(tmp_path, scenario)
 
 
+ROUTINE_BEHIND_STOP = """\
+        CSUB Count
+        STOP
+Count:  GGP 5, 2
+        CALC ADD, 1
+        AGP 5, 2
+        RSUB
+"""
+
+
+@pytest.mark.parametrize("step", ["continue", "next", "stepOut"])
+def test_a_stop_ends_single_steps_before_the_routine_behind_it(tmp_path, step):
+    (tmp_path / "a.tmc").write_text(ROUTINE_BEHIND_STOP)
+
+    async def scenario(bench, ide, page):
+        async with ide.debugger() as editor:
+            await page.call(wire.Download("a.tmc"))
+            (placed,) = await editor.breakpoints("a.tmc", {"line": 2})
+            await page.call(wire.ControlProgram("run"))
+            assert (await editor.event("stopped"))["hitBreakpointIds"] == [placed["id"]]
+            await editor.breakpoints("a.tmc", {"line": 4, "condition": "gp[5] > 10"})
+            await editor.do(step, threadId=1)
+            assert (await editor.event("stopped"))["description"] == "The program has stopped"
+            assert bench.rig.modules[0].program.counter == 2
+            assert (await editor.do("evaluate", expression="gp[5]"))["result"] == "1"
+            await page.until(lambda: not page.state["program"]["paused"])
+
+    _go(tmp_path, scenario)
+
+
 def test_stop_all_ends_a_program_that_goes_on_in_single_steps(tmp_path):
     (tmp_path / "a.tmc").write_text(TURNS)
 

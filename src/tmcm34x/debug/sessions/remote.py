@@ -238,15 +238,22 @@ class RemoteSession(OneWay, Guest):
     def _after_step(self, goal: float, before: int) -> Stop | None:
         """Why the program is held after the single step from `before`; None where another one follows."""
         self._count(before)
+        if self._stops(before):
+            return Stop("end", self._counter)
         if self._counter == before and self._ends(before, goal):
             return Stop("end" if goal == _ON else "step", before)
         met = self.control.look(self._counter, 0)
         return met or (Stop("step", self._counter) if self._depth <= goal else None)
 
+    def _stops(self, address: int) -> bool:
+        """Whether the command executed is a STOP: a further step would execute what stands behind it (PROG-8)."""
+        executed = self.instruction(address)
+        return executed is not None and executed.number == _STOP
+
     def _ends(self, address: int, goal: float) -> bool:
         """Whether the command that has left the counter where it was is the last one, and no jump to itself."""
         executed = self.instruction(address)
-        return goal != _ON or executed is None or executed.number in {_STOP, 0}
+        return goal != _ON or executed is None or not executed.number
 
     def _step_on(self) -> None:
         """The next single step; by itself where no breakpoint is left to hold at."""
