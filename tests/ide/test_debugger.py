@@ -148,9 +148,12 @@ def test_breakpoints_have_conditions_hits_and_messages(tmp_path):
     _go(tmp_path, scenario, "Loop: CALC ADD, 1\nWAIT TICKS, 0, 1\nJA Loop\n", speed=10)
 
 
-def test_a_refused_command_holds_the_program_when_asked(tmp_path):
+def test_a_refused_command_holds_the_program_unless_a_window_says_otherwise(tmp_path):
     async def scenario(ide, page, editor):
-        await editor.do("setExceptionBreakpoints", filters=["refused"])
+        async with ide.debugger() as other:
+            await other.do("setExceptionBreakpoints", filters=[])
+            assert await editor.event("tmcl_filters") == {"filters": []}
+            await other.do("setExceptionBreakpoints", filters=["refused"])
         await _start(page)
         stopped = await editor.event("stopped")
         assert stopped["reason"] == "exception"
@@ -159,6 +162,52 @@ def test_a_refused_command_holds_the_program_when_asked(tmp_path):
         assert page.state["program"]["counter"] == 1
 
     _go(tmp_path, scenario, "SAP 4, 7, 1\nSTOP\n")
+
+
+def test_a_window_is_told_of_the_breaks_that_are_on_from_the_beginning(tmp_path):
+    async def scenario():
+        async with running(tmp_path) as ide, ide.debugger() as editor:
+            await editor.do("configurationDone")
+            assert await editor.event("tmcl_filters") == {"filters": ["refused"]}
+
+    asyncio.run(scenario())
+
+
+def test_data_breakpoints_of_one_window_are_those_of_all(tmp_path):
+    async def scenario(ide, page, editor):
+        await page.call(wire.Download("program.tmc"))
+        wanted = [
+            {"dataId": "accumulator", "condition": "accumulator > 1", "hitCondition": "2"},
+            {"dataId": "gp["},
+        ]
+        async with ide.debugger() as other:
+            placed = (await editor.do("setDataBreakpoints", breakpoints=wanted))["breakpoints"]
+            await other.event("tmcl_data_breakpoints")  # how things were when it came
+            told = await other.event("tmcl_data_breakpoints")
+            assert told == {"breakpoints": wanted, "placed": placed}
+            await page.call(wire.ControlProgram("run"))
+            assert (await other.event("stopped"))["text"] == "accumulator: 2 → 3"
+        async with ide.debugger() as later:
+            assert await later.event("tmcl_data_breakpoints") == told
+
+    _go(tmp_path, scenario)
+
+
+def test_the_past_leaves_no_marks_and_the_present_says_again_why_it_is_held(tmp_path):
+    async def scenario(ide, page, editor):
+        await page.call(wire.Download("program.tmc"))
+        await editor.breakpoints("program.tmc", {"line": 3})
+        await page.call(wire.ControlProgram("run"))
+        assert (await editor.event("stopped"))["reason"] == "breakpoint"
+        for command, reason in (("stepBack", "step"), ("reverseContinue", "entry")):
+            await editor.do(command, threadId=1)
+            assert (await editor.event("stopped"))["reason"] == reason
+        await page.call(wire.LeavePast())
+        assert (await editor.event("stopped"))["reason"] == "breakpoint"
+        marks = (await page.call(wire.ReadMarks(0)))["marks"]
+        assert [mark["text"] for mark in marks if mark["kind"] == "held"] == ["breakpoint at 2"]
+
+    _go(tmp_path, scenario)
 
 
 def test_expressions_are_evaluated_and_assigned(tmp_path):

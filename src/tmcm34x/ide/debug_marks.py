@@ -1,10 +1,11 @@
-"""What windows have set in the session that they share: breakpoints by source, and whether refused commands hold."""
+"""What windows have set in the session that they share: breakpoints by source, data breakpoints and breaks."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final, NamedTuple
 
+from tmcm34x.debug.breaks import BREAKS
 from tmcm34x.ide.debug_messages import Message, event_of, request_of
 
 
@@ -27,10 +28,13 @@ class Kept:
 
     def __init__(self) -> None:
         self._marks: dict[str, Marks] = {}
-        self._filters: list[str] = []
+        self._data: list[Any] = []
+        self._placed: list[Message] = []
+        """What became of the data breakpoints."""
+        self._filters: list[str] = [row.key for row in BREAKS.values() if row.default]
 
     def __bool__(self) -> bool:
-        return bool(self._marks)
+        return bool(self._marks or self._data)
 
     @property
     def breakpoints(self) -> bool:
@@ -42,12 +46,18 @@ class Kept:
         yield event_of("tmcl_filters", filters=self._filters)
         for marks in self._marks.values():
             yield marks.event()
+        yield self._data_event()
+
+    def _data_event(self) -> Message:
+        return event_of("tmcl_data_breakpoints", breakpoints=self._data, placed=self._placed)
 
     def requests(self) -> Iterator[Message]:
         """What sets it in a new session."""
         yield request_of("setExceptionBreakpoints", filters=self._filters)
         for marks in tuple(self._marks.values()):
             yield request_of("setBreakpoints", source=marks.source, breakpoints=marks.breakpoints)
+        if self._data:
+            yield request_of("setDataBreakpoints", breakpoints=self._data)
 
     def remember(self, command: str, arguments: Message, body: Message) -> Message | None:
         """Remember what a request has set; the event that tells other windows of it, if it has set anything."""
@@ -63,8 +73,13 @@ class Kept:
             del self._marks[source.get("path", "")]
         return marks.event()
 
+    def keep_data(self, arguments: Message, body: Message) -> Message:
+        """Remember the data breakpoints; the event that tells of them."""
+        self._data, self._placed = arguments["breakpoints"], body["breakpoints"]
+        return self._data_event()
+
     def keep_filters(self, arguments: Message, _: Message) -> Message:
-        """Remember whether to hold at refused commands; the event that tells of it."""
+        """Remember which breaks are in force; the event that tells of it."""
         self._filters = arguments.get("filters", [])
         return event_of("tmcl_filters", filters=self._filters)
 
@@ -77,5 +92,6 @@ class Kept:
 
 
 _REMEMBERED: Final[Mapping[str, Callable[[Kept, Message, Message], Message]]] = {
-    "setBreakpoints": Kept.keep_breakpoints, "setExceptionBreakpoints": Kept.keep_filters,
+    "setBreakpoints": Kept.keep_breakpoints, "setDataBreakpoints": Kept.keep_data,
+    "setExceptionBreakpoints": Kept.keep_filters,
 }  # fmt: skip

@@ -1,14 +1,15 @@
 """The debugger of the IDE: one session of the Debug Adapter Protocol on the IDE's module, which all windows share.
 
 The adapter is that of `tmcm34x dap`; windows speak the protocol with it, one message in each web socket message.
-Three things differ, because there are many windows and one program:
+Four things differ, because there are many windows and one program:
 
 - The session is there without any window: `attach`, `configurationDone` and `disconnect` only say that a window
   comes, is ready or goes.
 - Events go to all windows, a response to the window that asked.
 - What one window sets is sent to the others: `tmcl_breakpoints` (`source`, `breakpoints` as they were asked for,
-  `placed` as the adapter answered) and `tmcl_filters` (`filters`) are events of our own.  `tmcl_hits` (`hits`, by the
-  number of the breakpoint) carries how often breakpoints were met.
+  `placed` as the adapter answered), `tmcl_data_breakpoints` (the same without a source) and `tmcl_filters` (`filters`)
+  are events of our own.  `tmcl_hits` (`hits`, by the number of the breakpoint) carries how often breakpoints were met.
+- The breaks that are on unless an editor says otherwise are on before any window has chosen some.
 """
 
 from __future__ import annotations
@@ -43,6 +44,7 @@ from tmcm34x.ide.searching import Searching
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from tmcm34x.debug.control import Stop
     from tmcm34x.debug.sessions.base import Listener
     from tmcm34x.debug.sessions.search import Search
     from tmcm34x.ide.permission import Permit
@@ -92,6 +94,8 @@ class Debugger:
         self._resting = False
         self._messages = 0
         """Messages of log points since the last look."""
+        self._stop: Stop | None = None
+        """Why the program of the present is held, as of the last message."""
         self._hits: dict[int, int] = {}
         """Of breakpoints by their number, as windows have them."""
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -312,12 +316,17 @@ class Debugger:
     def _emitted(self, message: Message) -> None:
         """Called in whatever thread the module is."""
         assert self._loop is not None
-        target = None if self._adapter is None else self._adapter.target
-        stop = None if target is None else target.stop
-        emission = Emission(
-            message, self._asker, self._request, self._target.now, stop and stop.address, self._attaching
-        )
+        held_at = self._held_anew()
+        emission = Emission(message, self._asker, self._request, self._target.now, held_at, self._attaching)
         self._loop.call_soon_threadsafe(self._deliver, emission)
+
+    def _held_anew(self) -> int | None:
+        """Where the program of the present is held, unless it was so at the last message."""
+        target = None if self._adapter is None else self._adapter.target
+        if target is None or (isinstance(target, LiveSession) and target.looking_back):
+            return None
+        before, self._stop = self._stop, target.stop
+        return None if self._stop is None or self._stop is before else self._stop.address
 
     def _deliver(self, emission: Emission) -> None:
         message = emission.message

@@ -118,7 +118,7 @@ def test_the_scrubber_shows_past_moments_and_a_branch_begins_there(open_ide: Ope
     page.mouse.up()
     until(page, lambda: _seconds(page) < first)
     expect(page.locator(".shell")).to_have_class(re.compile(r"\bpast\b"))
-    expect(page.get_by_role("button", name="Run", exact=True).first).to_be_disabled()
+    expect(page.get_by_role("button", name="Stop", exact=True).first).to_be_disabled()
     page.get_by_role("button", name="Hold time").click()
     question = page.get_by_role("dialog", name="A past moment is shown")
     question.get_by_role("button", name="Go on from here").click()

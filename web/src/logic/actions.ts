@@ -21,6 +21,7 @@ import {
 } from "./documents";
 import { beginTour } from "./tour";
 import { layout, lowerPanel, palette, right, showBottom, showRight, theme } from "./layout";
+import { past } from "./past";
 import { PAST_ACTIONS } from "./past_actions";
 import type { ControlProgram } from "../wire";
 import { type Hindrance, inThePast, NO_FILE, noBench, noDocument, offline, runs, unfree, working } from "./hindrance";
@@ -46,8 +47,8 @@ const unlessPast = () => offline.value || inThePast.value;
 const unlessBuilding = () => working.value || inThePast.value;
 const unlessRuns = () => unfree.value || runs.value;
 
-/** What F9 does: go on when the program is held or stopped in the middle, else start it. */
-const runOrContinue = () => (held.value ? go("continue") : run());
+/** What F9 does: go on when the program is held or a past moment is shown, else start it. */
+const runOrContinue = () => (held.value || past.value ? go("continue") : run());
 
 export const ACTIONS: Action[] = [
     {
@@ -56,8 +57,8 @@ export const ACTIONS: Action[] = [
         group: "Program",
         keys: ["F9"],
         icon: "play",
-        hindrance: () => unfree.value || inThePast.value,
-        hint: "Assemble, download and run from the start; goes on when held at a breakpoint",
+        hindrance: () => unfree.value,
+        hint: "Assemble, download and run from the start; goes on when held, in the past along what was recorded",
         run: runOrContinue,
     },
     {

@@ -17,6 +17,15 @@ export interface Breakpoint {
     log: string;
 }
 
+/** A value whose changes hold the program; empty texts mean not set. */
+export interface DataBreakpoint {
+    value: string;
+    condition: string;
+    hits: string;
+    /** Why it does not hold. */
+    fault: string;
+}
+
 export interface Frame {
     name: string;
     address: number;
@@ -25,6 +34,7 @@ export interface Frame {
 }
 
 export const breakpoints = signal<Breakpoint[]>([]);
+export const dataBreakpoints = signal<DataBreakpoint[]>([]);
 /** What the debugger can hold at besides breakpoints, and which of it is chosen. */
 export const breaks = signal<Dap.ExceptionBreakpointsFilter[]>([]);
 export const chosenBreaks = signal<readonly string[]>([]);
@@ -77,10 +87,12 @@ function take(message: Dap.ProtocolMessage): void {
 }
 
 const takers: Record<string, (body: never) => void> = {
-    stopped: (body: Dap.StoppedEvent["body"]) => {
-        stopReason.value = body.reason;
-        if (body.reason === "entry" && body.text) notify("information", `${sentence(body.text)}.`, undefined, "who");
-        if (body.reason === "exception") notify("warning", `Held: ${body.text ?? ""}`);
+    stopped: ({ reason, description, text }: Dap.StoppedEvent["body"]) => {
+        stopReason.value = reason === "exception" ? description! : reason;
+        if (!text) return;
+        if (reason === "entry" || reason === "pause") notify("information", `${sentence(text)}.`, undefined, "who");
+        if (reason === "exception" || reason === "data breakpoint")
+            notify(reason === "exception" ? "warning" : "information", `Held: ${text}`, undefined, "held");
     },
     // Log points may be passed often: they have one notice, and their lines are in the list of messages.
     output: ({ category, output, line }: Dap.OutputEvent["body"]) =>
@@ -108,6 +120,13 @@ const takers: Record<string, (body: never) => void> = {
         breakpoints.value = [...breakpoints.value.filter(point => point.path !== path), ...here];
         keep(path, here, body.placed);
     },
+    tmcl_data_breakpoints: (body: { breakpoints: Dap.DataBreakpoint[]; placed: Dap.Breakpoint[] }) =>
+        (dataBreakpoints.value = body.breakpoints.map(({ dataId, condition = "", hitCondition = "" }, at) => ({
+            value: dataId,
+            condition,
+            hits: hitCondition,
+            fault: body.placed[at]?.message ?? "",
+        }))),
     tmcl_hits: (body: { hits: Record<string, number> }) =>
         (hits.value = new Map(Object.entries(body.hits).map(([id, count]) => [Number(id), count]))),
     tmcl_filters: (body: { filters: string[] }) => (chosenBreaks.value = body.filters),
@@ -156,6 +175,27 @@ async function sendBreakpoints(path: string): Promise<void> {
     const noted = answer.breakpoints.find(point => point.verified && point.message);
     if (noted)
         notify(can.value.debug ? "warning" : "information", `${sentence(noted.message!)}.`, undefined, "breakpoint");
+}
+
+/** Have these instead of the present ones. */
+export async function setDataBreakpoints(list: DataBreakpoint[]): Promise<void> {
+    const breakpoints = list.map(
+        ({ value, condition, hits }): Dap.DataBreakpoint => ({ dataId: value, condition, hitCondition: hits }),
+    );
+    const answer = await attempt<Dap.SetDataBreakpointsResponse>("setDataBreakpoints", { breakpoints });
+    if (answer)
+        dataBreakpoints.value = list.map((item, at) => ({ ...item, fault: answer.breakpoints[at]?.message ?? "" }));
+}
+
+/** One more, in place of that of the same value; whether the value can be watched: a notice says why not. */
+export async function addDataBreakpoint(item: DataBreakpoint): Promise<boolean> {
+    const found = await attempt<Dap.DataBreakpointInfoResponse>("dataBreakpointInfo", { name: item.value });
+    if (!found?.dataId) {
+        if (found) notify("error", `${item.value} cannot hold the program: ${found.description}.`);
+        return false;
+    }
+    await setDataBreakpoints([...dataBreakpoints.value.filter(({ value }) => value !== item.value), item]);
+    return true;
 }
 
 export async function chooseBreak(key: string, on: boolean): Promise<void> {
@@ -214,7 +254,7 @@ const relative = (path = ""): string => {
 
 // ------------------------------------------------------------------ connection
 async function greet(): Promise<void> {
-    const kept = breakpoints.value;
+    const [kept, keptData] = [breakpoints.value, dataBreakpoints.value];
     const client = { adapterID: "tmcl", clientID: "tmcm34x", pathFormat: "path" };
     const able = await request<Dap.InitializeResponse>("initialize", client);
     breaks.value = able?.exceptionBreakpointFilters ?? [];
@@ -223,6 +263,7 @@ async function greet(): Promise<void> {
     await request("configurationDone");
     await request("threads");
     if (!breakpoints.value.length && kept.length) await setBreakpoints(kept);
+    if (!dataBreakpoints.value.length && keptData.length) await setDataBreakpoints(keptData);
 }
 
 effect(() => {

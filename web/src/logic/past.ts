@@ -4,7 +4,7 @@ import { TIME_FLAGS } from "../wire";
 import type { History, Marks, ServerEvent } from "../wire";
 import { ask, forget, notify, onServerEvent, refusals, tables, time } from "./app";
 import { choose } from "./confirm";
-import { tell } from "./debugger";
+import { stopReason, tell } from "./debugger";
 
 export const history = signal<History | null>(null);
 export const marks = signal<Marks | null>(null);
@@ -36,6 +36,7 @@ let asking = false;
 /** Show a moment; of many in a row the last one counts. */
 export function show(clock: number, number: number | null = null): void {
     wanted = { clock, branch: number };
+    stopReason.value = "";
     if (!asking) void follow();
 }
 

@@ -35,6 +35,7 @@ import { openFile } from "../logic/documents";
 import { keyOf, parameters, refresh, touched, wanted } from "../logic/parameters";
 import { ActionButton, Empty, IconButton } from "../widgets/basics";
 import { NumberField } from "../widgets/fields";
+import { DataBreakpoints } from "./data-breakpoints";
 import { WhoWrote } from "./past";
 import { unread } from "../logic/hindrance";
 
@@ -211,6 +212,7 @@ function Breakpoints() {
         <>
             <h4>Breakpoints</h4>
             {can.value.debug && <Breaks />}
+            {can.value.debug && <DataBreakpoints />}
             {breakpoints.value.length ? (
                 <ul class="breakpoint-list">
                     {breakpoints.value.map(point => (

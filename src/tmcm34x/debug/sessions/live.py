@@ -96,20 +96,21 @@ class LiveSession(Backward, Guest, LocalSession):
         return "" if self._playback is not None else IRREVERSIBLE
 
     @property
-    def _looking_back(self) -> bool:
+    def looking_back(self) -> bool:
+        """Whether a past moment is looked at."""
         return self._playback is not None and self._playback.shown is not None
 
     @property
     def stop(self) -> Stop | None:
         """Why the program is held; None while it is not, or since another host has started or stopped it."""
-        if self._looking_back:
+        if self.looking_back:
             return (self._past_stop or Stop("goto", 0))._replace(address=self.program.counter)
         return self._stop if self._controls == self._live.controls else None
 
     @property
     def running(self) -> bool:
         """Whether the program runs; a past moment stands."""
-        return self._live.active and not self._looking_back
+        return self._live.active and not self.looking_back
 
     def check_ready(self) -> None:
         """Raise `ExpressionError` while the module has no power."""
@@ -143,7 +144,7 @@ class LiveSession(Backward, Guest, LocalSession):
 
     def resume(self) -> None:
         """Let the program go on; from a past moment, to where something held it or to the present."""
-        if self._looking_back:
+        if self.looking_back:
             self._go_forward(None)
             return
         self._stop = None
@@ -172,7 +173,7 @@ class LiveSession(Backward, Guest, LocalSession):
 
     def pause(self) -> None:
         """Hold the program where it is."""
-        if self._live.active and not self._looking_back:
+        if self._live.active and not self.looking_back:
             self._do("stop")
             self._hold(Stop("pause", self._live.counter))
 
@@ -188,7 +189,7 @@ class LiveSession(Backward, Guest, LocalSession):
 
     def look(self) -> None:
         """Report what causes no other event: the program has ended, or another host has stopped it."""
-        if self._looking_back:
+        if self.looking_back:
             return
         if self._controls != self._live.controls:
             self._controls = self._live.controls
@@ -230,16 +231,19 @@ class LiveSession(Backward, Guest, LocalSession):
     # The past
 
     def _expect_present(self) -> None:
-        if self._looking_back:
+        if self.looking_back:
             raise HistoryError(PAST)
 
     def _turn_to(self) -> None:
         """Look at the moment that is shown now."""
         self.end_search()
-        scene = self._past if self._looking_back else self._present
+        looked_back = self.module is not self._present.module
+        scene = self._past if self.looking_back else self._present
         scene.view.symbols = self.view.symbols
         self.module, self.view, self.program = scene.module, scene.view, scene.module.program
         self._past_stop = None
+        if looked_back and not self.looking_back and not self.running:
+            self.listener.held(self.stop or Stop("pause", self._live.counter))
 
     def _begin_anew(self) -> None:
         """The bench was brought back: whatever was under way here has not happened."""
@@ -310,11 +314,9 @@ class LiveSession(Backward, Guest, LocalSession):
         """To the present, or to the end of a branch that was left."""
         playback = self._known_playback()
         if playback.branch is not playback.history.branch:
-            self._go_back(playback.branch.end, Stop("goto", -1, "the end of this branch"))
+            self._go_back(playback.branch.end, Stop("pause", -1, "the end of this branch"))
         else:
             playback.leave()
-            if not self.running:
-                self.listener.held(self.stop or Stop("pause", self._live.counter))
 
     # What is recorded
 
@@ -344,7 +346,7 @@ class LiveSession(Backward, Guest, LocalSession):
         self._attach()
 
     def _step(self, depth: int | None) -> None:
-        if self._looking_back:
+        if self.looking_back:
             self._go_forward((depth,))
             return
         self.control.step(depth)
