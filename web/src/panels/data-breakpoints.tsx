@@ -4,7 +4,7 @@ import { offline, unless } from "../logic/hindrance";
 import { IconButton } from "../widgets/basics";
 
 const FIELDS = [
-    ["value", "Hold when this changes", "at changes of gp[3], ap[1][0] passes 20000"],
+    ["value", "New data breakpoint", "at changes of gp[3], ap[1][0] passes 20000"],
     ["condition", "Only if", "only if x > 5"],
     ["hits", "From which change on", "hits 5, == 3, % 10"],
 ] as const;

@@ -107,10 +107,9 @@ export function Scrubber() {
     const clock = past.value ? time.value.clock : last;
     return (
         <div class={`scrubber ${past.value ? "past" : ""}`} role="group" aria-label="History">
-            <span class="scrub-name" title={named.value || "Drag to show a past moment"}>
-                {named.value || "history"}
-            </span>
+            <span title="Drag to show a past moment">history</span>
             <span class="track" onPointerMove={name} onPointerLeave={() => (named.value = "")}>
+                {named.value && <span class="scrub-name">{named.value}</span>}
                 <canvas ref={canvas} aria-hidden="true" />
                 <input
                     type="range"
