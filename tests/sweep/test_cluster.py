@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pyarrow.parquet
 import pytest
+from distributed import LocalCluster
+
+from tmcm34x.sweep import SweepError, cluster, load, run
 
 COMMAND = str(Path(sys.executable).with_name("tmcm34x"))
 DASK = str(Path(sys.executable).with_name("dask"))
@@ -24,7 +27,7 @@ def _start(*arguments, announced):
 
 
 @pytest.fixture(scope="module")
-def cluster():
+def two_workers():
     """The address of a scheduler with two workers of one thread."""
     options = ["--host", HOST, "--port", "0", "--dashboard-address", f"{HOST}:0"]
     scheduler, address = _start("scheduler", *options, announced="Scheduler at:")
@@ -46,10 +49,10 @@ def sweep(file, *options):
     return result, file.with_suffix(".csv").read_bytes()
 
 
-def test_a_cluster_and_this_machine_give_identical_tables(cluster, sweep_file):
+def test_a_cluster_and_this_machine_give_identical_tables(two_workers, sweep_file):
     parquet = sweep_file.with_suffix(".parquet")
     local, table = sweep(sweep_file, "--processes", "2")
-    remote, same = sweep(sweep_file, "--cluster", cluster, "--parquet", parquet)
+    remote, same = sweep(sweep_file, "--cluster", two_workers, "--parquet", parquet)
     assert same == table
     assert (remote.returncode, remote.stdout) == (1, local.stdout)
     ours = [
@@ -72,3 +75,15 @@ def test_an_address_without_a_scheduler_is_one_line(sweep_file):
     result, _ = sweep(sweep_file, "--cluster", "nonsense")
     assert (result.returncode, result.stderr.count("\n")) == (2, 1)
     assert "nonsense: the address of a scheduler is written as tcp://HOST:PORT" in result.stderr
+
+
+def test_a_cluster_whose_workers_do_not_come_is_an_error(sweep_file, monkeypatch):
+    monkeypatch.setattr(cluster, "_WORKERS_S", 0.01)
+    with LocalCluster(
+        n_workers=0, processes=False, host=HOST, protocol="tcp://", dashboard_address=None
+    ) as empty:
+        address = empty.scheduler_address
+        with pytest.raises(
+            SweepError, match=f"{address}: the cluster has no workers; start some with: dask worker"
+        ):
+            list(run(load(sweep_file), cluster_address=address))

@@ -20,6 +20,8 @@ _AHEAD: Final = 2
 _ADDRESS: Final = re.compile(r"(?:[a-z]+://)?[^/\s]+:\d+")
 _TIMEOUT_S: Final = 5
 """How long the scheduler may take to answer."""
+_WORKERS_S: Final = 30
+"""How long the first worker may take to come, so that a cluster can be started right before a sweep."""
 
 
 def results(job: Job, rows: Sequence[Row], wanted: Iterable[int], address: str) -> Generator[work.Numbered]:
@@ -30,9 +32,7 @@ def results(job: Job, rows: Sequence[Row], wanted: Iterable[int], address: str) 
     """
     distributed = library("distributed")
     with _client(distributed, address) as client:
-        threads = sum(client.nthreads().values())
-        if not threads:
-            raise SweepError(f"{address}: the cluster has no workers; start some with: dask worker {address}")
+        threads = _threads(client, address)
         shared = client.scatter(job, broadcast=True, hash=False)
         executor = client.get_executor(pure=False)
         left = work.Work(rows, wanted, threads * _AHEAD)
@@ -54,6 +54,17 @@ def _client(distributed: Any, address: str) -> Any:
         return distributed.Client(address, timeout=_TIMEOUT_S, set_as_default=False)
     except (OSError, ValueError, TypeError):
         raise SweepError(f"{address}: no scheduler answers there; start one with: dask scheduler") from None
+
+
+def _threads(client: Any, address: str) -> int:
+    """How many threads the workers have; waits for the first one."""
+    try:
+        client.wait_for_workers(1, timeout=_WORKERS_S)
+    except TimeoutError:
+        raise SweepError(
+            f"{address}: the cluster has no workers; start some with: dask worker {address}"
+        ) from None
+    return sum(client.nthreads().values())
 
 
 def library(name: str) -> Any:
