@@ -5,9 +5,7 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from tmcm34x.cli import group
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.image import pack_binary, pack_hex
 from waveforms import VCDVCD
@@ -16,25 +14,17 @@ MOVE = "SAP 5, 0, 50 \n MVP ABS, 0, 5000 \n WAIT POS, 0, 0 \n MVP ABS, 0, 0 \n W
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch):
+def run(invoke):
     """Call it with a program's text and options: exit status, standard output and error."""
-    monkeypatch.chdir(tmp_path)
 
-    def invoke(source, *options):
+    def call(source, *options):
         path = source
         if not isinstance(source, Path):
             path = Path("program.tmc")
             path.write_text(source)
-        result = CliRunner().invoke(
-            group, ["run", str(path), *map(str, options)], standalone_mode=False, catch_exceptions=True
-        )
-        if result.exception is not None and not hasattr(result.exception, "exit_code"):
-            raise result.exception
-        status = getattr(result.exception, "exit_code", result.return_value or 0)
-        message = result.exception.format_message() if result.exception is not None else ""
-        return status, result.stdout, result.stderr + message
+        return invoke("run", path, *options)
 
-    return invoke
+    return call
 
 
 def summary(run, source, *options):

@@ -4,13 +4,11 @@ import re
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 from tmcm34x.bench.run import Run
 from tmcm34x.bench.session.language import load
 from tmcm34x.bench.session.runner import make_rig, play
 from tmcm34x.bench.session.wires import open_wire
-from tmcm34x.cli import group
 from tmcm34x.debug.conditions import Condition
 from tmcm34x.testing.programs import assemble_source
 from tmcm34x.testing.rigs import make_rig as bench_rig
@@ -27,19 +25,6 @@ Loop:   MVP REL, 0, 3000
         SIO 2, 2, 1
         JA Loop
 """
-
-
-@pytest.fixture
-def invoke(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments):
-        result = CliRunner().invoke(group, list(map(str, arguments)), standalone_mode=False)
-        message = result.exception.format_message() if result.exception is not None else ""
-        status = getattr(result.exception, "exit_code", result.return_value or 0)
-        return status, result.stdout + result.stderr + message
-
-    return call
 
 
 def reached(path):
@@ -65,7 +50,9 @@ def state(rig):
 def test_the_session_reaches_the_same_moment(invoke, bench, condition):
     Path("program.tmc").write_text(PROGRAM)
     options = [] if bench is None else ["--bench", BENCHES / f"{bench}.toml"]
-    status, out = invoke("run", "program.tmc", *options, "--break", condition, "--save-session", "at.session")
+    status, out, _ = invoke(
+        "run", "program.tmc", *options, "--break", condition, "--save-session", "at.session"
+    )
     assert status == 0 and re.search("break|condition", out)
     assert invoke("play", "at.session")[0] == 0
     rig = bench_rig(None, None if bench is None else BENCHES / f"{bench}.toml")
@@ -84,7 +71,7 @@ def test_a_session_that_does_not_reach_it_fails(invoke):
     assert "? motor 0 at 4321" in text
     clocks = int(re.search(r"\+ (\d+) clocks", text)[1])
     Path("at.session").write_text(text.replace(f"+ {clocks} clocks", f"+ {clocks - 1} clocks"))
-    status, out = invoke("play", "at.session")
+    status, out, _ = invoke("play", "at.session")
     assert status == 1 and "4320" in out
 
 
@@ -104,8 +91,8 @@ def test_what_a_session_cannot_hold_is_refused_before_the_run(invoke):
         (["--from-state", "x.state"], "--from-state"),
         (["--bench", bench, "--instruction-time", "5"], "instruction_us"),
     ):
-        status, message = invoke("run", "program.tmc", *options, "--save-session", "at.session")
+        status, _, message = invoke("run", "program.tmc", *options, "--save-session", "at.session")
         assert status == 2 and word in message and message.count("\n") == 0
     assert not Path("at.session").exists()
-    status, message = invoke("run", "program.tmc", "--until", "1", "--save-session", "gone/at.session")
+    status, _, message = invoke("run", "program.tmc", "--until", "1", "--save-session", "gone/at.session")
     assert status == 2 and "gone/at.session" in message

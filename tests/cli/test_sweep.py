@@ -8,9 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from tmcm34x.cli import group
 from tmcm34x.sweep.table import Table
 
 PROGRAM = "Way = 100\nDouble = Way * 2\n MVP ABS, 0, Double\n WAIT POS, 0, 0\n STOP\n"
@@ -38,22 +36,17 @@ load = { kind = "carriage", mass_kg = 1.0 }
 
 
 @pytest.fixture
-def sweep(tmp_path, monkeypatch):
+def sweep(invoke):
     """Call it with the text of a sweep: exit status, rows of the table, standard error."""
-    monkeypatch.chdir(tmp_path)
     Path("program.tmc").write_text(PROGRAM)
     Path("bench.toml").write_text(BENCH)
 
-    def invoke(text, *options):
+    def call(text, *options):
         Path("sweep.toml").write_text(text)
-        result = CliRunner().invoke(group, ["sweep", "sweep.toml", *options], standalone_mode=False)
-        if result.exception is not None and not hasattr(result.exception, "exit_code"):
-            raise result.exception
-        status = getattr(result.exception, "exit_code", result.return_value or 0)
-        message = result.exception.format_message() if result.exception is not None else ""
-        return status, table(Path("sweep.csv")), result.stderr + message
+        status, _, errors = invoke("sweep", "sweep.toml", *options)
+        return status, table(Path("sweep.csv")), errors
 
-    return invoke
+    return call
 
 
 def table(path):

@@ -7,6 +7,7 @@ import socket
 import pytest
 
 from conftest import PATIENCE_S
+from links.descriptors import reads
 from tmcm34x import clock
 from tmcm34x.bench import simple_rig
 from tmcm34x.links.faults import KINDS, FaultError, fault, parse
@@ -334,17 +335,6 @@ def test_over_tcp():
 
 def test_on_a_pseudo_terminal(tmp_path):
     link = tmp_path / "module"
-
-    async def reads(fd, size):
-        data = b""
-        for _ in range(60_000):
-            try:
-                data += os.read(fd, size - len(data))
-            except BlockingIOError:
-                await asyncio.sleep(0.001)
-            if len(data) == size:
-                break
-        return data
 
     async def scenario():
         faults = Faults()

@@ -8,6 +8,7 @@ import tty
 
 import pytest
 
+from links.descriptors import reads
 from tmcm34x.links import LinkError
 from tmcm34x.links.posix.pty import PtyLink
 
@@ -40,19 +41,6 @@ async def served(link, peer):
         yield address
     finally:
         link.close()
-
-
-async def reads(fd, size):
-    """The next `size` bytes from `fd`, or those that came within a minute."""
-    data = b""
-    for _ in range(60_000):
-        try:
-            data += os.read(fd, size - len(data))
-        except BlockingIOError:
-            await asyncio.sleep(0.001)
-        if len(data) == size:
-            break
-    return data
 
 
 async def happens(condition, milliseconds=60_000):

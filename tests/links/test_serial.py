@@ -6,6 +6,7 @@ import tty
 
 import pytest
 
+from links.descriptors import reads
 from tmcm34x.links import LinkError
 from tmcm34x.links.serial import SerialLink
 
@@ -22,18 +23,6 @@ class Echo:
 
     def disconnect(self):
         self.hang_ups += 1
-
-
-async def reads(fd, size):
-    data = b""
-    for _ in range(60_000):
-        try:
-            data += os.read(fd, size - len(data))
-        except BlockingIOError:
-            await asyncio.sleep(0.001)
-        if len(data) == size:
-            break
-    return data
 
 
 @pytest.fixture
