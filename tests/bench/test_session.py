@@ -28,7 +28,7 @@ def played(text, model=343, wire=MemorySerial):
         ("> MVP ABS, x, 5", 12, "not a number: x"),
         ("< fine", 3, "expected -, bytes, or a status"),
         ("+ 2 weeks", 3, "expected a time"),
-        ("+ 2 mn", 3, "did you mean min?"),
+        ("+ 2 mn", 3, "did you mean ms or min?"),
         ("+ soon", 3, "expected a time"),
         (f"+ {LONGEST} h", 3, "less than a thousand years"),
         ("! lightning", 3, "expected power, motor, input, analog, shutdown, spi, got lightning"),

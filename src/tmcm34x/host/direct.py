@@ -17,6 +17,7 @@ from tmcm34x.tmcl.commands import BY_MNEMONIC, CONTROL_FUNCTIONS, Operand
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import BY_KEY as GLOBAL_KEYS
 from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
+from tmcm34x.toolchain.mending.spelling import proposal
 
 CONTROLS: Final = {row.title.replace(" ", "_").lower(): row.number for row in CONTROL_FUNCTIONS}
 """Numbers of control functions by title: `stop_application`, `get_firmware_version`."""
@@ -45,10 +46,5 @@ def _number(operand: Operand, word: str) -> str:
     row = table.get(word.lower())
     if row is not None:
         return str(row.number)
-    import difflib
-
-    near = difflib.get_close_matches(word.lower(), list(table), 1)
-    raise MnemonicError(
-        f"there is no {operand.kind.replace('_', ' ')} {word}"
-        + (f"; did you mean {near[0]}?" if near else "")
-    )
+    kind = operand.kind.replace("_", " ")
+    raise MnemonicError(f"there is no {kind} {word}{proposal(word.lower(), table)}")

@@ -6,7 +6,6 @@ any TOML reader.
 
 from __future__ import annotations
 
-import difflib
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
@@ -14,6 +13,7 @@ from typing import Any, Final, cast
 
 from tmcm34x.files import parse_toml
 from tmcm34x.host.exceptions import FileError
+from tmcm34x.toolchain.mending.spelling import proposal
 
 _HEADER: Final = re.compile(r"\s*\[{1,2}\s*([^\[\]]+?)\s*\]{1,2}\s*(?:#.*)?\Z")
 _KEY: Final = re.compile(r"\s*([A-Za-z0-9_\-.\"' ]+?)\s*=")
@@ -81,8 +81,7 @@ class Document:
 
     def unknown(self, path: str, key: str, known: Iterable[str]) -> FileError:
         """What to raise for a key that nothing has, with the nearest that something has."""
-        near = difflib.get_close_matches(key, list(known), 1)
-        return self.error(path, f"there is no such name{f'; did you mean {near[0]}?' if near else ''}")
+        return self.error(path, f"there is no such name{proposal(key, known)}")
 
     def error(self, path: str, what: str) -> FileError:
         """A `FileError` about `path`, with its line."""

@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 from tmcm34x.sweep.description import Number, SweepError
 from tmcm34x.toolchain.assembler import Assembly, IncludeReader, assemble
-from tmcm34x.toolchain.diagnostics import did_you_mean
-from tmcm34x.toolchain.mending.spelling import nearest
+from tmcm34x.toolchain.mending.spelling import proposal
 from tmcm34x.toolchain.tokens import split_lines
 
 
@@ -29,8 +28,7 @@ class Sources(NamedTuple):
         """The key of a constant; raises `SweepError` where the program has none of this name."""
         key = name.upper()
         if key not in self.places:
-            near = nearest(key, self.places)
-            raise SweepError(f"{self.file} has no constant named {name}{did_you_mean(near)}")
+            raise SweepError(f"{self.file} has no constant named {name}{proposal(key, self.places)}")
         return key
 
     def assemble(self, constants: Mapping[str, Number]) -> Assembly:

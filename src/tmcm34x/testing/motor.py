@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Protocol
 
-from tmcm34x.bench.session.phrase import nearest
 from tmcm34x.tmcl.axis_parameters import BY_KEY
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.status import STATUS_TEXTS, Status
+from tmcm34x.toolchain.mending.spelling import proposal
 
 if TYPE_CHECKING:
     from tmcm34x.bench.world import AxisView
@@ -66,8 +66,8 @@ class Motor:
     def _ask(self, number: int, key: str, value: int = 0) -> int:
         row = BY_KEY.get(key)
         if row is None:
-            proposal = nearest(key, list(BY_KEY)) or "; dir(motor) lists them"
-            raise AttributeError(f"no axis parameter {key!r}{proposal}")
+            hint = proposal(key, BY_KEY) or "; dir(motor) lists them"
+            raise AttributeError(f"no axis parameter {key!r}{hint}")
         instruction = Instruction(number, row.number, self.number, value)
         module = self._module
         ask = module.ask if number == _GAP else module.execute

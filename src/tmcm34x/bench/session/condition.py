@@ -9,11 +9,12 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
-from tmcm34x.bench.session.phrase import NUMBER, LineError, nearest, read_number, read_phrase
+from tmcm34x.bench.session.phrase import NUMBER, LineError, read_number, read_phrase
 from tmcm34x.bench.session.world import MEASUREMENTS, Look, Seen
 from tmcm34x.tmcl.commands import BY_MNEMONIC, RFS_TYPES
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
+from tmcm34x.toolchain.mending.spelling import proposal
 
 if TYPE_CHECKING:
     from tmcm34x.bench.session.world import Unit
@@ -98,6 +99,6 @@ def read_instruction(text: str, start: int = 0) -> Instruction:
         return parse_instruction(text)
     except MnemonicError as error:
         name = text.split(maxsplit=1)[0] if text.split() else ""
-        hint = "" if error.known else nearest(name.upper(), list(BY_MNEMONIC))
+        hint = "" if error.known else proposal(name.upper(), BY_MNEMONIC)
         place = text.find(error.word) if error.word else 0
         raise LineError(f"{error}{hint}", start + max(place, 0)) from None

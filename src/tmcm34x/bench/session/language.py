@@ -13,11 +13,12 @@ from tmcm34x.bench.session import actions
 from tmcm34x.bench.session.actions import Action
 from tmcm34x.bench.session.condition import Measured, read_condition, read_instruction
 from tmcm34x.bench.session.errors import SessionSyntaxError
-from tmcm34x.bench.session.phrase import NUMBER, LineError, nearest, read_number, read_phrase
+from tmcm34x.bench.session.phrase import NUMBER, LineError, read_number, read_phrase
 from tmcm34x.bench.session.player import CAN, SERIAL, Step
 from tmcm34x.bench.session.world import EVENTS, MEASUREMENTS
 from tmcm34x.clock import HZ, MS
 from tmcm34x.files import read_text
+from tmcm34x.toolchain.mending.spelling import proposal
 
 MODELS: Final = frozenset({341, 342, 343})
 KINDS: Final = {"memory": SERIAL, "pty": SERIAL, "tcp": SERIAL, "can": CAN, "slcan": CAN}
@@ -137,7 +138,7 @@ def _read_keyword(line: str) -> actions.Within | actions.Promise:
     match = _KEYWORD.match(line)
     if match is None:
         word = re.split(r"[\s:]", line, maxsplit=1)[0]
-        raise LineError(f"expected {', '.join(KEYWORDS)} and a colon, got {word}{nearest(word, KEYWORDS)}")
+        raise LineError(f"expected {', '.join(KEYWORDS)} and a colon, got {word}{proposal(word, KEYWORDS)}")
     within, time, other = match.groups()
     if within:
         clocks = _read_time(time, match.start(2))
@@ -173,7 +174,7 @@ def _read_links(case: Case, text: str) -> None:
     known = [*KINDS, *dict.fromkeys(KINDS.values())]
     for word in text.split():
         if word not in known:
-            hint = nearest(word, known)
+            hint = proposal(word, known)
             raise LineError(f"links are serial, can, {', '.join(KINDS)}, got {word}{hint}", text.find(word))
     case.links = frozenset(link for link, kind in KINDS.items() if {link, kind} & wanted)
     if not case.links:
@@ -238,7 +239,7 @@ def _read_time(text: str, start: int = 0) -> int:
     match = _TIME.match(text.strip())
     unit = match.group(2) if match else re.sub(r"[\d.\s]", "", text)
     if match is None or unit not in UNITS:
-        hint = nearest(unit, list(UNITS))
+        hint = proposal(unit, UNITS, 1)
         raise LineError(f"expected a time in {', '.join(UNITS)}, got {text or 'nothing'}{hint}", start)
     clocks = float(match.group(1)) * UNITS[unit]
     if not isfinite(clocks) or clocks > LONGEST:

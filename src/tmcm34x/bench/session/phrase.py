@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from difflib import get_close_matches
 from math import isfinite
 from typing import Any, Final, NamedTuple
+
+from tmcm34x.toolchain.mending.spelling import limit, proposal
 
 _PART: Final = re.compile(r"\{([^}]*)\}|(\S+)")
 _WORD: Final = re.compile(r"\S+")
@@ -157,11 +158,5 @@ def read_phrase(text: str, phrases: Sequence[Phrase], start: int = 0) -> tuple[A
 def _complaint(word: str, wanted: Sequence[Slot | None]) -> str:
     texts = dict.fromkeys("the end of the line" if slot is None else slot.expected for slot in wanted)
     problem = f"expected {', '.join(texts)}" + (f", got {word}" if word else "")
-    return problem + nearest(word, [known for slot in wanted if slot is not None for known in slot.words])
-
-
-def nearest(word: str, known: Sequence[str]) -> str:
-    """`; did you mean ...?` with the known word next to `word`, if one is near."""
-    swapped = [other for other in known if sorted(other) == sorted(word)]
-    close = swapped or get_close_matches(word, known, 1)
-    return f"; did you mean {close[0]}?" if close and close[0] != word else ""
+    words = [known for slot in wanted if slot is not None for known in slot.words if known != word]
+    return problem + proposal(word, words, max(1, limit(word)))

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from tmcm34x.toolchain.diagnostics import did_you_mean
+
 _LONGEST = 64
 
 
@@ -52,3 +54,8 @@ def nearest(name: str, candidates: Iterable[str], most: int | None = None) -> tu
         if far == most:
             found.append(candidate)
     return tuple(dict.fromkeys(found))
+
+
+def proposal(name: str, candidates: Iterable[str], most: int | None = None) -> str:
+    """The end of a message about a name that there is not: `; did you mean ...?` with the nearest, if one is near."""
+    return did_you_mean(nearest(name, candidates, most))
