@@ -11,14 +11,13 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import sys
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-from tmcm34x.links.tcp import STALL_S
+from tmcm34x.links.tcp import STALL_S, fitting
 
 if TYPE_CHECKING:
     import h11
@@ -34,11 +33,7 @@ _numbers = count()
 
 def most_connections() -> int:
     """How many connections the process has files for."""
-    if sys.platform == "win32":
-        return MOST
-    from resource import RLIMIT_NOFILE, getrlimit
-
-    return max(4, min(MOST, getrlimit(RLIMIT_NOFILE)[0] // _FILES))
+    return fitting(MOST, _FILES)
 
 
 class _Limit:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from tmcm34x.ide.debug_messages import Window
-from tmcm34x.ide.messages import Outbox, refuse, texts
+from tmcm34x.ide.messages import Outbox, refuse, texts, until_gone
 
 if TYPE_CHECKING:
     from starlette.websockets import WebSocket
@@ -31,10 +31,7 @@ class DebugSocket:
         sender = asyncio.create_task(self._send())
         self._reader = asyncio.create_task(self._receive(window))
         try:
-            await self._reader
-        except asyncio.CancelledError:
-            if not self._reader.cancelled():
-                raise
+            await until_gone(self._reader)
         finally:
             self._debugger.leave(window)
             sender.cancel()

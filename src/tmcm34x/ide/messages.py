@@ -29,6 +29,15 @@ async def texts(socket: WebSocket) -> AsyncIterator[str | None]:
         await asyncio.sleep(0)
 
 
+async def until_gone(reader: asyncio.Task[None]) -> None:
+    """Wait until the task that reads a window's messages ends or is cancelled; raises what it has met."""
+    try:
+        await reader
+    except asyncio.CancelledError:
+        if not reader.cancelled():
+            raise
+
+
 async def refuse(socket: WebSocket, why: str) -> None:
     """Close a web socket on which something came that is no message."""
     if socket.application_state is WebSocketState.CONNECTED:

@@ -19,7 +19,7 @@ from starlette.websockets import WebSocketState
 from tmcm34x.ide import wire
 from tmcm34x.ide.calls import answer
 from tmcm34x.ide.faults import fault
-from tmcm34x.ide.messages import Outbox, refuse, texts
+from tmcm34x.ide.messages import Outbox, refuse, texts, until_gone
 from tmcm34x.ide.state import Frames
 
 if TYPE_CHECKING:
@@ -91,10 +91,7 @@ class Page:
         ]
         self._reader = asyncio.create_task(self._receive())
         try:
-            await self._reader
-        except asyncio.CancelledError:
-            if not self._reader.cancelled():
-                raise
+            await until_gone(self._reader)
         finally:
             for task in (*pumps, *self._calls):
                 task.cancel()

@@ -138,12 +138,17 @@ _CLIENTS: Final[set[_Client]] = set()
 
 
 def most_clients() -> int:
-    """How many connections fit: half of the files that the process may open, so that there are some left."""
+    """How many connections fit into half of the files that the process may open, so that there are some left."""
+    return fitting(_MOST_CLIENTS, 2)
+
+
+def fitting(most: int, files: int) -> int:
+    """How many connections fit, 4 to `most`, when so many of the files that the process may open are for each."""
     if sys.platform == "win32":
-        return _MOST_CLIENTS
+        return most
     from resource import RLIMIT_NOFILE, getrlimit
 
-    return max(1, min(_MOST_CLIENTS, getrlimit(RLIMIT_NOFILE)[0] // 2))
+    return max(4, min(most, getrlimit(RLIMIT_NOFILE)[0] // files))
 
 
 def keep_alive(connection: socket.socket) -> None:
