@@ -50,6 +50,14 @@ class Timed(Protocol):
         ...
 
 
+class TimedBench(Timed, Protocol):
+    """A bench, or something around one, in virtual time: between events it takes less to bring it on."""
+
+    def pass_to(self, now: int, /) -> None:
+        """Bring it to clock `now`, before its next event: time passes and nothing else happens."""
+        ...
+
+
 class Stateful(Protocol):
     """Something whose state can be taken out and put back.
 

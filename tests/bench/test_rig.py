@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from bench.rigs import rig_of, run_ms, run_while, say, view
 from tmcm34x.bench import simple_rig
+from tmcm34x.bench.action import Action
 from tmcm34x.clock import HZ, MS, NEVER, run_until
 from tmcm34x.toolchain.assembler import assemble
 
@@ -295,3 +296,36 @@ def test_a_motor_that_comes_to_its_target_too_fast_is_there_at_one_clock_however
     for clock in range(0, HZ + 1, 4 * MS):
         run_until(sliced, clock)
     assert sliced.digest() == whole.digest()
+
+
+WAYS = st.lists(
+    st.tuples(
+        st.sampled_from(["MVP ABS, 0, 40000", "ROR 1, 900", "MST 1", "GAP 1, 0"]),
+        st.lists(st.floats(0, 1), max_size=4),
+    ),
+    min_size=1,
+    max_size=6,
+)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.booleans(), WAYS)
+def test_time_that_is_passed_between_events_is_time_that_is_advanced(running, ways):
+    rigs = passed, whole = rig_of(LIMITED.format(model=343)), rig_of(LIMITED.format(model=343))
+    program = assemble("Loop: SIO 1, 2, 1\nWAIT TICKS, 0, 3\nSIO 1, 2, 0\nGIO 3, 1\nJA Loop\n").program
+    for rig in rigs:
+        rig.modules[0].eeprom.write_program(program)
+        if running:
+            rig.modules[0].program.run(0)
+    for command, parts in ways:
+        assert say(passed, command) == say(whole, command)
+        for rig in rigs:
+            rig.act(Action("switch", 0, (2, "left", len(parts) % 2 == 0)))
+        for part in sorted(parts):
+            before = passed.now, passed.next_event()
+            passed.pass_to(before[0] + int(part * (min(before[1], before[0] + HZ) - 1 - before[0])))
+            assert passed.next_event() == before[1]
+        due = min(passed.next_event(), passed.now + HZ)
+        passed.advance(due)
+        run_until(whole, due)
+        assert passed.digest() == whole.digest()

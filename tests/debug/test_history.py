@@ -1,6 +1,9 @@
 """Every past moment can be reached again, and what was done differently is another branch."""
 
+import inspect
+import sys
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -167,6 +170,22 @@ def test_telegrams_at_one_clock_have_snapshots_among_them_too():
     places = [snapshot.inputs for snapshot in history.branch.snapshots]
     assert len(places) == 3 and all(after - before <= DENSE_INPUTS + 1 for before, after in pairwise(places))
     assert history.look_at(history.now).digest() == history.rig.digest()
+
+
+def test_a_telegram_between_events_has_one_call_of_the_history():
+    hosts = Hosts(1)
+    for piece in PIECES:
+        hosts.send(0, piece, HZ // 100)
+    calls = []
+    sys.setprofile(lambda frame, event, _: calls.append((event, frame.f_code.co_filename)))
+    try:
+        hosts.wall_s += 1e-4
+        hosts.lines[0].receive(PIECES[4])
+    finally:
+        sys.setprofile(None)
+    package = Path(inspect.getfile(History)).parent
+    assert [event for event, place in calls if Path(place).parent == package].count("call") == 1
+    assert hosts.history.branch.end == hosts.history.now == hosts.history.branch.inputs[-1].clock
 
 
 def test_a_telegram_after_going_on_from_a_past_moment_belongs_to_the_new_branch():

@@ -45,6 +45,10 @@ class Clockwork:
             self.ticks += 1
             self.wall.time_s += self.work_s
 
+    def pass_to(self, now):
+        assert self.now <= now < self.next_event()
+        self.now = now
+
 
 class Echo:
     """A port that answers what it receives."""

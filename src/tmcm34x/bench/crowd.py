@@ -113,6 +113,10 @@ class Crowd:
         elif late:
             self.look(late)
 
+    def pass_to(self, now: int) -> None:
+        """Go to clock `now`, before `next_event()`: all modules are brought there when they are reached for."""
+        self._rig.now = now
+
     def _take_late(self, now: int) -> list[int]:
         """The modules that have something due, in their order."""
         if self.next_event() > now:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 from tmcm34x.clock import NEVER
 
 if TYPE_CHECKING:
-    from tmcm34x.clock import Timed
+    from tmcm34x.clock import TimedBench
 
 
 class Attending(Protocol):
@@ -28,9 +28,9 @@ class Attending(Protocol):
 
 
 class Attended:
-    """A bench, or the history of one, as a `Timed`; `session` is who looks."""
+    """A bench, or the history of one, as a `TimedBench`; `session` is who looks."""
 
-    def __init__(self, bench: Timed) -> None:
+    def __init__(self, bench: TimedBench) -> None:
         self._bench = bench
         self.session: Attending | None = None
 
@@ -43,5 +43,13 @@ class Attended:
     def advance(self, now: int) -> None:
         """Bring the bench to `now`, and look."""
         self._bench.advance(now)
+        self._look()
+
+    def pass_to(self, now: int) -> None:
+        """The same, before its next event."""
+        self._bench.pass_to(now)
+        self._look()
+
+    def _look(self) -> None:
         if (session := self.session) is not None and session.attends:
             session.attend()

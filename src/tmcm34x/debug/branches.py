@@ -10,6 +10,7 @@ from tmcm34x.clock import MS
 from tmcm34x.debug.inputs import Inputs
 
 if TYPE_CHECKING:
+    from tmcm34x.bench import Rig
     from tmcm34x.debug.inputs import Input
     from tmcm34x.debug.states import PackedState
 
@@ -54,17 +55,29 @@ class Branch:
 
     number: from 0, in the order in which they began
     since, parent: the clock at which it left an earlier branch, and that one's number; -1 of the first
-    end: the last clock that it has reached
+    reached: the last clock that is known to have been reached
+    rig: the bench whose time adds to it; None of a branch that was left
     forgotten: how many inputs came before those that are kept
     """
 
     number: int
     since: int
-    end: int
+    reached: int
     parent: int = -1
     inputs: Inputs = field(default_factory=Inputs, repr=False)
     snapshots: list[Snapshot] = field(default_factory=list[Snapshot], repr=False)
     forgotten: int = 0
+    rig: Rig | None = field(default=None, repr=False)
+
+    @property
+    def end(self) -> int:
+        """The last clock that it has reached."""
+        return self.reached if self.rig is None else max(self.reached, self.rig.now)
+
+    def stop(self, now: int) -> None:
+        """Its bench goes elsewhere from clock `now`: no more of its time belongs to the branch."""
+        if self.rig is not None:
+            self.reached, self.rig = max(self.reached, now), None
 
     @property
     def oldest(self) -> int:
@@ -104,7 +117,7 @@ class Branch:
 
     def copy(self) -> Branch:
         """The same course of events as far as it has come: what happens to this one changes nothing there."""
-        return replace(self, inputs=self.inputs[:], snapshots=self.snapshots[:])
+        return replace(self, inputs=self.inputs[:], snapshots=self.snapshots[:], reached=self.end, rig=None)
 
     def forget_oldest(self) -> None:
         """Drop the oldest snapshot, and the inputs before the next one."""

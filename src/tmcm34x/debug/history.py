@@ -10,7 +10,7 @@ bench itself back.  Going on from there repeats what happened; the first other i
 branch that is left stays reachable until its memory is needed.  `go_on_from` begins a branch at once, for a bench
 whose lines have hosts at their other ends: what they have sent once is not sent again.
 
-A history stands between a bench and who moves its time: it is a `Timed` itself.
+A history stands between a bench and who moves its time: it is a `TimedBench` itself.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.bench.lines import SerialEnd
-from tmcm34x.clock import HZ
+from tmcm34x.clock import HZ, NEVER
 from tmcm34x.debug.branches import Branch
 from tmcm34x.debug.course import Course, change_lines
 from tmcm34x.debug.inputs import RECEIVED, Input, size
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 LIMIT: Final = 64 << 20
 """Default memory of a history [bytes]."""
-DENSE_EVENTS: Final = 250
-"""Events from one snapshot to the next, as they are taken."""
+DENSE_STEPS: Final = 250
+"""Steps of time from one snapshot to the next, as they are taken: each goes to an event, but for few."""
 DENSE_INPUTS: Final = 2000
 """Inputs from one snapshot to the next: to do one again takes less than an event."""
 DENSE_CLOCKS: Final = 15 * HZ
@@ -56,8 +56,12 @@ class History:
         """Called when a branch begins or the bench is brought back."""
         self.on_restore: list[Callable[[], None]] = []
         """Called when the bench was brought to a state that is not of its past."""
-        self.branch = Branch(0, rig.now, rig.now)
+        self.branch = Branch(0, rig.now, rig.now, rig=rig)
         """The present branch."""
+        self.pass_to: Callable[[int], None] = rig.pass_to
+        """Brings the bench to a clock before its next event: what happens by time alone needs no notice."""
+        self.next_event: Callable[[], int] = rig.next_event
+        """The next clock at which something happens, inputs that are repeated included."""
         self._looking = Course(rig.replica(), self.branch, 0)
         self._course = Course(rig, self.branch, 0)
         self._apart: Course | None = None
@@ -70,12 +74,10 @@ class History:
         """Whether inputs of the branch are still to come: the bench was brought back, and goes the same way again."""
         self._size = self._sized = 0
         """Memory of the snapshots, and of so many inputs of the present branch."""
-        self._events_left = 0
-        """Events until the next snapshot; none behind the end of the branch, where the same way may be gone again."""
-        self._quiet_until = 0
-        """The clock up to which there is no event, as far as is known."""
+        self._steps_left = 0
+        """Steps of time until the next snapshot."""
         self._inputs_due = 0
-        """The number of inputs kept at which the next snapshot is due."""
+        """The number of inputs kept at which it is due; 0 where an input may begin a branch."""
         self._snapshot_due = 0
         """The clock at which it is due."""
         self._snapshot()
@@ -140,36 +142,16 @@ class History:
         """The bench's clock."""
         return self.rig.now
 
-    def next_event(self) -> int:
-        """The next clock at which something happens, inputs that are repeated included."""
-        if not self._events_left:
-            return self._course.next_event() if self._ahead else self.rig.next_event()
-        self._quiet_until = when = self.rig.next_event()
-        return when
-
     def advance(self, now: int) -> None:
         """Bring the bench to clock `now`; nothing happens where it is there already."""
-        rig = self.rig
-        if rig.now < now < self._quiet_until:
-            rig.advance(now)
-            self.branch.end = now
-        elif now > rig.now:
-            self._advance(now)
-
-    def _advance(self, now: int) -> None:
-        """`advance` with an event."""
-        branch = self.branch
-        if self._events_left and now < self._snapshot_due:
-            self._events_left -= 1
-            self.rig.advance(now)
-            branch.end = now
+        if now <= self.rig.now:
             return
         if self._ahead:
             self._repeat(now)
         else:
             self.rig.advance(now)
-        if now > branch.end:
-            branch.end = now
+        self._steps_left -= 1
+        if not self._steps_left or now >= self._snapshot_due:
             self._snapshot()
 
     def _repeat(self, now: int) -> None:
@@ -179,7 +161,12 @@ class History:
             course.advance(now)
         finally:
             self._repeating = False
-            self._ahead = course.done < course.branch.count
+            self._go_ahead(course.done < course.branch.count)
+
+    def _go_ahead(self, ahead: bool) -> None:
+        """Repeat the branch's inputs, or no more."""
+        self._ahead = ahead
+        self.next_event = self._course.next_event if ahead else self.rig.next_event
 
     # Inputs
 
@@ -196,7 +183,7 @@ class History:
             self._record(self.rig.modules[index].now, kind, index, values)
 
     def _record(self, now: int, kind: str, index: int, values: tuple[Any, ...]) -> None:
-        if self._ahead or now < self.branch.end:
+        if self._ahead or now < self.branch.reached:
             self._begin_branch(self.branch, now, self._done)
         self.branch.inputs.append(Input(now, kind, index, values))
 
@@ -214,14 +201,15 @@ class History:
         self._take(branch)
         self._course.end_holding()
         self._branches += 1
-        self._inputs_due = len(branch.inputs) + DENSE_INPUTS
         self._measure()
 
     def _take(self, branch: Branch, *, ahead: bool = False) -> None:
-        """Be in a branch; at its end, unless inputs are still to come or time is."""
+        """Be in a branch; at its end, unless inputs are still to come or time is: no snapshot is due before."""
+        self.branch.stop(self.rig.now)
+        branch.rig = self.rig
         self.branch = self._course.branch = branch
-        self._ahead = ahead
-        self._events_left = self._quiet_until = 0
+        self._go_ahead(ahead)
+        self._steps_left, self._snapshot_due, self._inputs_due = NEVER, branch.reached + 1, 0
 
     # What comes over lines; a `server.lines.Recorder`
 
@@ -240,7 +228,7 @@ class History:
         def take(data: bytes, over: bool, baud_rate: int | None) -> None:
             inputs = self.branch.inputs
             contents = inputs.contents
-            if baud_rate is None and self._events_left and len(contents) < self._inputs_due:
+            if baud_rate is None and len(contents) < self._inputs_due:
                 inputs.clocks.append(rig.now)
                 inputs.lines.append(late if over else number)
                 contents.append(data)
@@ -258,9 +246,10 @@ class History:
         del self._course.lines[number]
         self.record("unplugged", number, ())
 
-    def restored(self) -> None:
-        """The bench was brought to a state from elsewhere: a branch begins there that has no past."""
+    def restored(self, before: int) -> None:
+        """The bench was brought from clock `before` to a state from elsewhere: a branch without a past begins."""
         now = self.rig.now
+        self.branch.stop(before)
         self._leave_for(Branch(self._branches, now, now))
         self._snapshot()
         self._changed()
@@ -308,6 +297,7 @@ class History:
         course = self.course_to(clock, branch)
         if branch is not self.branch:
             self._abandoned = [*(b for b in self._abandoned if b is not branch), self.branch]
+        self.branch.stop(self.rig.now)
         self.rig.load(course.rig.save())
         self._course.done = course.done
         self._take(branch, ahead=course.done < branch.count)
@@ -324,6 +314,7 @@ class History:
         done = course.done
         course.end_holding()
         change_lines(course, 0, *shapes)
+        self.branch.stop(self.rig.now)
         self.rig.load(course.rig.save())
         self._begin_branch(branch, clock, done)
         self._record(clock, "lines", 0, shapes)
@@ -348,7 +339,7 @@ class History:
         )
         self._size += self._fresh_size
         self._sized = branch.count
-        self._events_left = DENSE_EVENTS
+        self._steps_left = DENSE_STEPS
         self._snapshot_due = self.rig.now + DENSE_CLOCKS
         if self._size > self.limit:
             self._make_room(self.limit - round(self.limit * SPARE))

@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
 from tmcm34x import clock
-from tmcm34x.clock import Timed
+from tmcm34x.clock import TimedBench
 from tmcm34x.ide import wire
 from tmcm34x.tmcl.commands import MOTORS
 
@@ -105,7 +105,7 @@ def _pack(row: Row, watches: Sequence[wire.Watched]) -> bytes:
     return _HEAD.pack(row.when, looked, known) + numbers
 
 
-class Bench(Timed, Protocol):
+class Bench(TimedBench, Protocol):
     """What is sampled: a bench, or the history of one."""
 
     @property
@@ -161,25 +161,35 @@ class Sampled:
 
     def advance(self, now: int) -> None:
         """Bring the rig to `now`, at most to its next event, and take the samples on the way."""
+        if now == self._part:
+            self._go(now, self._rig.pass_to)
+        else:
+            self._go(now, self._rig.advance)
+            self._rows = 0
+
+    def pass_to(self, now: int) -> None:
+        """The same, before its next event."""
+        self._go(now, self._rig.pass_to)
+        self._rows = 0
+
+    def _go(self, now: int, bring: Callable[[int], None]) -> None:
         if not self._wanted():
             self._due = now - now % PERIOD
         elif now >= self._due:
-            self._sample(now)
+            self._sample(now, bring)
             self._resumed = False
-        self._rig.advance(now)
-        if now != self._part:
-            self._rows = 0
+        bring(now)
 
     @property
     def _period(self) -> int:
         """Between two rows: longer and longer where time does not come up to its pace, or has none."""
         return PERIOD << self._rows // (BEHIND if self._paced() else MOST)
 
-    def _sample(self, now: int) -> None:
+    def _sample(self, now: int, bring: Callable[[int], None]) -> None:
         period = max(self._period, PERIOD * -(-(now - self._due) // (MOST * PERIOD)))
         self._due = max(self._due, self._rig.now)
         while self._due <= now:
-            self._rig.advance(self._due)
+            (bring if self._due == now else self._rig.pass_to)(self._due)
             self._take()
             self._rows += 1
             self._due += period - self._due % period

@@ -33,8 +33,8 @@ class Recorder(Protocol):
         """The client has gone."""
         ...
 
-    def restored(self) -> None:
-        """The bench was brought to a state from elsewhere."""
+    def restored(self, before: int, /) -> None:
+        """The bench was brought from clock `before` to a state from elsewhere."""
         ...
 
 

@@ -13,7 +13,7 @@ import asyncio
 import math
 import time
 from collections.abc import Awaitable, Callable, Sequence
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
 from tmcm34x.bench.crowd import Crowd
@@ -38,18 +38,6 @@ _UNKNOWN: Final = -1
 """The next event, when the bench may have been changed since it was asked for."""
 _FAR_S: Final = 1e6
 """Longest sleep; the event loop takes no longer one."""
-
-
-class Advancing(Protocol):
-    """A bench as far as its time is concerned."""
-
-    def next_event(self) -> int:
-        """The next clock at which something can change."""
-        ...
-
-    def advance(self, now: int) -> None:
-        """Bring it to clock `now`, at most to its next event."""
-        ...
 
 
 class Server:
@@ -84,9 +72,9 @@ class Server:
     ) -> None:
         self.rig = rig
         self.crowd = Crowd(rig) if lazy else None
-        """The modules one by one, for lines; only while `part` is the bench itself."""
-        self.part: Advancing = rig
-        """What is advanced: the bench itself, or the bench with what takes samples or keeps a history of it."""
+        """The modules one by one, for lines."""
+        self.part: clock.TimedBench = rig if self.crowd is None else self.crowd
+        """What is advanced: bench or crowd, or the bench with what takes samples or keeps a history of it."""
         self.recorder: Recorder | None = None
         """What keeps telegrams and frames; set it before links are opened."""
         self.pace = Pace(speed, monotonic)
@@ -199,13 +187,8 @@ class Server:
         if when <= target and not self._work(target):
             return False
         if target < clock.NEVER:
-            (self.part if self.crowd is None else self.crowd).advance(target)
+            self.part.pass_to(target)
         return True
-
-    @property
-    def _time(self) -> Advancing:
-        """What time is brought on with."""
-        return self.part if self.crowd is None else self.crowd
 
     def _turn_back(self) -> int:
         """The wall clock has gone back: time goes on from where the bench is, which is given back."""
@@ -221,7 +204,7 @@ class Server:
 
     def look_ahead(self) -> None:
         """Set the timer for the next event."""
-        self._next = when = (self.part if self.crowd is None else self.crowd).next_event()
+        self._next = when = self.part.next_event()
         if when < clock.NEVER and self._loop is not None:
             self._set_timer(self._loop, self.pace.due_s(when))
 
@@ -236,7 +219,7 @@ class Server:
 
     async def run_until(self, until: int) -> None:
         """Bring virtual time to clock `until` as fast as possible; links are served between slices of work."""
-        rig, part = self.rig, self._time
+        rig, part = self.rig, self.part
         while rig.now < until:
             self._next = _UNKNOWN
             end_s = self.pace.monotonic() + SLICE_S
@@ -253,9 +236,10 @@ class Server:
         self.put_back(lambda: self._restore(snapshot))
 
     def _restore(self, snapshot: bytes) -> None:
+        before = self.rig.now
         self.rig.restore(snapshot)
         if self.recorder is not None:
-            self.recorder.restored()
+            self.recorder.restored(before)
 
     def put_back(self, bring: Callable[[], None]) -> None:
         """Have `bring` make another moment of the bench the present one."""
@@ -271,7 +255,7 @@ class Server:
 
     def _work(self, target: int) -> bool:
         """Run the events up to `target`, for one slice at most; says whether all are done."""
-        part, monotonic = self._time, self.pace.monotonic
+        part, monotonic = self.part, self.pace.monotonic
         end_s = monotonic() + SLICE_S
         while (when := part.next_event()) <= target:
             if when == clock.NEVER:
