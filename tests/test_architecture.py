@@ -58,6 +58,15 @@ def test_nothing_below_the_server_opens_a_file():
         assert not calls, f"{path.relative_to(ROOT)} lines {calls}"
 
 
+def test_paths_of_users_are_resolved_in_one_place():
+    """`Path.resolve` raises `RuntimeError` for links in a circle, and does not look behind them."""
+    for path in SOURCE.rglob("*.py"):
+        assert ".resolve()" not in path.read_text(), (
+            f"{path.relative_to(ROOT)}: use files.followed or files.real_path"
+        )
+        assert "realpath(" not in path.read_text() or path.name == "files.py", path.relative_to(ROOT)
+
+
 def test_every_module_says_what_it_is():
     for path in SOURCE.rglob("*.py"):
         docstring = ast.get_docstring(ast.parse(path.read_text()))

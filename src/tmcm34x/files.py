@@ -1,4 +1,4 @@
-"""Files of users: bounded reading, and TOML that no text can turn into anything but a table or an error."""
+"""Files of users: where paths lead, bounded reading, and TOML that is a table or an error, whatever the text."""
 
 from __future__ import annotations
 
@@ -16,8 +16,30 @@ _DEEP_KEY: Final = re.compile(r"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){64}"
 """A dotted key so deep that the standard library takes seconds or gigabytes for it."""
 
 
+def real_path(path: str | Path) -> Path:
+    """The one name of a file, for each way to it: absolute and without links; there need be no file.
+
+    A link that leads in a circle stays in the name.  Raises `ValueError` for a name with a NUL.
+    """
+    return Path(os.path.realpath(path))
+
+
+def followed(path: str | Path) -> Path:
+    """Where opening or creating the file of a path leads: its `real_path`, in which no link is left.
+
+    Raises `OSError` for links in a circle, because the system does not look behind one: `circle/../other` is no way to
+    `other`, which may be a link itself.  Raises `ValueError` for a name with a NUL.
+    """
+    found = real_path(path)
+    if any(os.path.islink(part) for part in (found, *found.parents)):  # noqa: PTH114 - too long a name is no link
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path))
+    return found
+
+
 def read_bytes(path: Path) -> bytes:
     """The contents of a file, or of a pipe or device that ends.  Raises `OSError`."""
+    if "\0" in str(path):
+        raise OSError(errno.EINVAL, "no name of a file", str(path))
     with path.open("rb") as stream:
         if stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
             return stream.read()

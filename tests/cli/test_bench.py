@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from conftest import PATIENCE_S
+from tmcm34x.cli import run
 from tmcm34x.cli.bench import WORDS
 from tmcm34x.tmcl.datagram import Instruction, pack_request, unpack_reply
 
@@ -243,6 +244,16 @@ def test_wrong_words_are_refused_in_one_line(bench, words):
     assert result.returncode == 2
     assert result.stderr.count("\n") == 1
     assert result.stderr.startswith("tmcm34x bench: ")
+
+
+@pytest.mark.parametrize("target", ["socket", "nowhere"])
+def test_a_link_in_the_place_of_the_control_socket_is_refused_in_one_line(tmp_path, target, capfd):
+    link = tmp_path / "socket"
+    link.symlink_to(target)
+    assert run(["serve", "--tcp", "0", "--control", str(link), "--exit-after", "1"]) == 2
+    assert capfd.readouterr().err.splitlines() == [
+        f"tmcm34x serve: cannot listen on {link}: there is a file of this name already"
+    ]
 
 
 def test_a_control_socket_that_is_not_there_is_refused_in_one_line(tmp_path):

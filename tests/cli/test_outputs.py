@@ -39,13 +39,22 @@ FILES = (
     "ide --eeprom OUT",
 )
 
+SUFFIXES = {
+    "--plot": ".svg",
+    "--picture": ".svg",
+    "--parquet": ".parquet",
+    "show": ".pcapng",
+    "record": ".pcapng",
+}
+"""By which the form of an output is known."""
+
 
 @pytest.fixture
 def tool(tmp_path, monkeypatch, capfdbinary):
-    """Call it with a command line: gives exit status, standard output and standard error."""
+    """Call it with a command line, or its words: gives exit status, standard output and standard error."""
     monkeypatch.chdir(tmp_path)
     Path("program.tmc").write_text(PROGRAM)
-    Path("session.txt").write_text("> GAP 4, 0\n< 100 1000\n")
+    Path("session.txt").write_text("== reads\n> GAP 4, 0\n< 100 1000\n")
     Path("sweep.toml").write_text(
         'program = "program.tmc"\nfigures = ["time_ms"]\n[[vary]]\nparameter = "max_speed"\nvalues = [100]\n'
     )
@@ -53,7 +62,7 @@ def tool(tmp_path, monkeypatch, capfdbinary):
     capfdbinary.readouterr()
 
     def call(line):
-        status = run(line.split())
+        status = run(line if isinstance(line, list) else line.split())
         output, errors = capfdbinary.readouterr()
         assert not Path("-").exists()
         return status, output, errors.decode()
@@ -80,6 +89,25 @@ def without_dates(data):
 def test_what_needs_a_file_of_its_own_says_so(tool, line):
     status, output, errors = tool(line.replace("OUT", "-"))
     assert (status, output, errors.count("\n")) == (2, b"", 1)
+
+
+CIRCLES = ("circle", "link")
+NO_FILES = (*CIRCLES, "circle/out", "folder", "program.tmc/out", "nowhere/out", "x" * 300, "")
+
+
+@pytest.mark.parametrize("line", TEXTS + FILES)
+def test_an_output_that_cannot_be_a_file_is_refused_in_one_line(tool, line):
+    suffix = next((ending for option, ending in SUFFIXES.items() if option in line), "")
+    circle, link, folder = (Path(f"{name}{suffix}") for name in (*CIRCLES, "folder"))
+    circle.symlink_to(circle)
+    link.symlink_to(circle)
+    folder.mkdir()
+    for name in NO_FILES:
+        if "--ready-file" in line and name in CIRCLES:
+            continue  # a new file takes the place of the link
+        out = name and f"{name}{suffix}"
+        status, _, errors = tool([out if word == "OUT" else word for word in line.split()])
+        assert (status, errors.count("\n")) == (2, 1), (out, errors)
 
 
 def test_two_outputs_do_not_share_standard_output(tool):

@@ -475,6 +475,23 @@ def test_included_files_are_sources_too(tmp_path):
     assert len(editor.do("loadedSources")["sources"]) == 2
 
 
+def test_a_path_that_leads_nowhere_is_refused_or_unknown(tmp_path, file):
+    (tmp_path / "circle.tmc").symlink_to("circle.tmc")
+    (tmp_path / "broken.tmc").symlink_to("nowhere.tmc")
+    (tmp_path / "disassembly.tmc").symlink_to("circle.tmc")
+    missing = [str(tmp_path / name) for name in ("circle.tmc", "broken.tmc", "circle.tmc/x.tmc", "x" * 300)]
+    for path in (*missing, str(tmp_path), "a\0b", ""):
+        Editor().fail("launch", program=path)
+    editor = Editor()
+    for folder in (*missing, "a\0b"):
+        editor.fail("launch", program=str(file), include=[folder], bench=folder)
+    editor.do("launch", program=str(file), include=missing)
+    for path in missing:
+        answer = editor.do("setBreakpoints", source={"path": path}, breakpoints=[{"line": 1}])
+        assert not answer["breakpoints"][0]["verified"]
+    assert "no path" in editor.fail("setBreakpoints", source={"path": "a\0b"}, breakpoints=[{"line": 1}])
+
+
 def test_real_time_is_kept(file):
     class Clock:
         now_s = 0.0

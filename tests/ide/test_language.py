@@ -85,11 +85,23 @@ def test_an_included_file_is_read_inside_the_folder_only(tmp_path):
     folder = tmp_path / "work"
     folder.mkdir()
     (folder / "words.inc").write_text("Speed = 5\n")
+    (folder / "circle.inc").symlink_to("circle.inc")
+    (folder / "up").symlink_to("..")
+    refused = [
+        "../secret.inc", "up/secret.inc", "circle.inc", "circle.inc/../up/secret.inc", "a\0b", "a\0b/c", "x" * 300,
+    ]  # fmt: skip
 
     async def scenario(editor: Editor):
-        await editor.open("a.tmc", "#include words.inc\n#include ../secret.inc\nROR 0, Speed\nSTOP\n")
+        lines = [
+            "#include words.inc",
+            *(f'#include "{name}"' for name in refused),
+            "ROR 0, Speed",
+            "STOP",
+            "",
+        ]
+        await editor.open("a.tmc", "\n".join(lines))
         found = await editor.diagnostics("a.tmc")
-        assert [item["range"]["start"]["line"] for item in found if item["severity"] == 1] == [1]
+        assert [item["range"]["start"]["line"] for item in found if item["severity"] == 1] == [*range(1, 8)]
 
     _go(folder, scenario)
 

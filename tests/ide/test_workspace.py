@@ -42,6 +42,26 @@ def test_a_symbolic_link_out_of_the_folder_is_not_followed(workspace):
     assert [entry.path for entry in workspace.files()] == ["link.tmc"]
 
 
+def test_nothing_leads_out_behind_links_in_a_circle(workspace):
+    """The name `circle/../up` is not looked up by the system, and must not become `up` unseen."""
+    (workspace.folder / "circle.tmc").symlink_to("circle.tmc")
+    (workspace.folder / "into.tmc").symlink_to("circle.tmc")
+    (workspace.folder / "behind.tmc").symlink_to("circle.tmc/../up/secret.tmc")
+    (workspace.folder / "up").symlink_to("..")
+    for path in (
+        "circle.tmc", "into.tmc", "circle.tmc/a.tmc", "behind.tmc", "circle.tmc/../up/secret.tmc",
+        "new/../circle.tmc/../up/secret.tmc",
+    ):  # fmt: skip
+        assert _code(workspace.read, path) == "path"
+        assert _code(workspace.write, path, "x", "*", "\n") == "path"
+        assert _code(workspace.delete, path) == "path"
+        assert _code(workspace.rename, path, "b.tmc") == "path"
+        assert _code(workspace.rename, "b.tmc", path) == "path"
+        assert workspace.names(path) == []
+    assert workspace.names("circle.tmc/../up") == workspace.names("a\0b") == workspace.names("x" * 300) == []
+    assert (workspace.folder.parent / "secret.tmc").read_text() == "STOP\n"
+
+
 def test_a_text_comes_back_as_it_was_saved(workspace):
     entry = workspace.write("sub/a.tmc", "ROR 0, 1\nSTOP\n", "", "\r\n")
     assert (workspace.folder / "sub/a.tmc").read_bytes() == b"ROR 0, 1\r\nSTOP\r\n"

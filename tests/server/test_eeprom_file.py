@@ -55,6 +55,20 @@ def test_a_symbolic_link_stays_one(tmp_path):
     assert target.read_bytes() == b"new"
 
 
+def test_a_link_that_leads_nowhere_leads_to_the_first_image(tmp_path):
+    (tmp_path / "link").symlink_to("image")
+    EepromFile(tmp_path / "link").save(b"new")
+    assert (tmp_path / "image").read_bytes() == b"new"
+
+
+def test_a_link_in_a_circle_is_no_file(tmp_path):
+    (tmp_path / "circle").symlink_to("circle")
+    (tmp_path / "link").symlink_to("circle")
+    for name in ("circle", "link", "circle/image"):
+        with pytest.raises(EepromFileError, match=f"{name}: Too many levels of symbolic links"):
+            EepromFile(tmp_path / name)
+
+
 @pytest.mark.parametrize("replaced", [False, True])
 def test_a_file_in_use_is_refused_until_it_is_closed(tmp_path, replaced):
     path = tmp_path / "image"

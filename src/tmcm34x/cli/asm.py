@@ -17,6 +17,7 @@ from tmcm34x.cli.source_files import (
     model_option,
     print_diagnostics,
 )
+from tmcm34x.files import real_path
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.formatter import format_source
 from tmcm34x.toolchain.image import pack_binary, pack_hex
@@ -94,6 +95,6 @@ def command(
 
 def _write_image(target: Path, source: Path, program: tuple[Instruction, ...]) -> None:
     """Write the image in the form that its suffix names; `-` is standard output, in binary form."""
-    if not is_standard_output(target) and target.resolve() == source.resolve():
+    if not is_standard_output(target) and real_path(target) == real_path(source):
         raise CliError(f"{target}: would overwrite the source; name the image with -o")
     write(target, pack_hex(program).encode() if is_hex(target) else pack_binary(program))

@@ -104,7 +104,7 @@ def command(paths: tuple[Path, ...], listen: tuple[str, int] | None, no_browser:
         raise CliError("the bench file says which model it is: leave --model out")
     listener = bind_usual() if listen is None else _bind(*listen)
     host = link_options.LOOPBACK if listen is None else listen[0]
-    with logging_here():
+    with listener, logging_here():
         return asyncio.run(_serve(paths, options, listener, host, no_browser))
 
 

@@ -33,7 +33,7 @@ def command(stdio: bool, tcp: tuple[str, int] | None, include_path: tuple[Path, 
     from tmcm34x.editor import sessions
 
     spare_the_collector()
-    folders = [str(folder.resolve()) for folder in include_path]
+    folders = [str(folder.absolute()) for folder in include_path]
     if tcp is None:
         sessions.serve_stdio(DiskFiles(), folders, int(model))
         return

@@ -24,6 +24,8 @@ class _OutPath(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path, or a usage error."""
+        if value == "":
+            self.fail("an empty name: name a file", param, ctx)
         if is_standard_output(value) and not self._texts:
             self.fail("this is not written to standard output: name a file", param, ctx)
         return super().convert(value, param, ctx)

@@ -7,7 +7,7 @@ import contextlib
 import gc
 import os
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -354,12 +354,11 @@ async def _serve(
         ready = await link_options.open_links(server, links, can_links)
         if control is not None:
             ready.append(await link_options.open_control(server, control))
-        if options["ready_file"] is not None:
-            _write_ready(options["ready_file"], ready)
-        if options["exit_after"] is not None:
-            loop.call_later(options["exit_after"], stop)
-        gc.freeze()  # all of it lives as long as the process: no need to look for garbage in it
-        await stopped
+        with _ready_file(options["ready_file"], ready):
+            if options["exit_after"] is not None:
+                loop.call_later(options["exit_after"], stop)
+            gc.freeze()  # all of it lives as long as the process: no need to look for garbage in it
+            await stopped
     except BrokenPipeError:
         raise
     except RecordingError as error:
@@ -368,10 +367,22 @@ async def _serve(
         output = "telegram log" if options["log_telegrams"] else "standard output"
         raise CliError(f"{output}: {error.strerror}") from error
     finally:
-        if options["ready_file"] is not None:
-            options["ready_file"].unlink(missing_ok=True)
         await server.close()
     return 0
+
+
+@contextlib.contextmanager
+def _ready_file(path: Path | None, ready: list[str]) -> Generator[None]:
+    """Writes the file, if it is wanted, and removes it at the end."""
+    if path is None:
+        yield
+        return
+    _write_ready(path, ready)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            path.unlink()
 
 
 def _write_ready(path: Path, ready: list[str]) -> None:

@@ -50,9 +50,12 @@ def sources(paths: Iterable[Path]) -> Iterator[Path]:
         if not is_folder(path):
             yield path
             continue
-        found = sorted(
-            each for each in path.rglob("*") if each.suffix.lower() in PROGRAM_SUFFIXES and each.is_file()
-        )
+        try:
+            found = sorted(
+                each for each in path.rglob("*") if each.suffix.lower() in PROGRAM_SUFFIXES and each.is_file()
+            )
+        except OSError as error:  # a folder that goes away meanwhile
+            raise CliError(f"{error.filename or path}: {error.strerror}") from None
         if not found:
             raise CliError(f"{path}: no TMCL sources in this folder ({', '.join(sorted(PROGRAM_SUFFIXES))})")
         yield from found

@@ -54,7 +54,7 @@ def _present(path: Path) -> Path | None:
 
 def short_name(path: Path) -> str:
     """The name by which a file is known, the same for each way to it."""
-    resolved = path.resolve()
+    resolved = files.real_path(path)
     here = Path.cwd()
     return str(resolved.relative_to(here) if resolved.is_relative_to(here) else resolved)
 

@@ -11,9 +11,9 @@ import asyncio
 import contextlib
 import threading
 from collections.abc import AsyncIterator, Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from tmcm34x.files import followed
 from tmcm34x.ide.messages import refuse, texts
 from tmcm34x.ide.wire import RefusalError
 
@@ -114,9 +114,9 @@ class Language:
     def read(self, path: str) -> str:
         """The text of an included file, inside the opened folder only."""
         try:
-            inside = Path(path).resolve().relative_to(self._workspace.folder)
+            inside = followed(path).relative_to(self._workspace.folder)
             return self._workspace.read(inside.as_posix()).text
-        except (ValueError, RefusalError) as error:
+        except (OSError, ValueError, RefusalError) as error:
             raise FileNotFoundError(f"{path} is not in the opened folder") from error
 
     def names(self, folder: str) -> list[str]:

@@ -6,12 +6,12 @@ CAN buses, and only where the server is on loopback (docs/decisions/0013).  Virt
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Awaitable, Callable, Generator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from tmcm34x.files import real_path
 from tmcm34x.host.scan import serial_ports
 from tmcm34x.ide import wire
 from tmcm34x.ide.remote import Remote
@@ -194,10 +194,10 @@ def _is_serial(name: str) -> bool:
     if url:
         return scheme in _SERIAL_URLS
     port = name.partition("@")[0]  # python-can: DEVICE@BITRATE
-    real = os.path.realpath(port)
+    real = str(real_path(port))
     listed = serial_ports()
     return (
         port in listed
         or bool(_PSEUDO_TERMINAL.match(real))
-        or real in {os.path.realpath(other) for other in listed}
+        or real in {str(real_path(other)) for other in listed}
     )

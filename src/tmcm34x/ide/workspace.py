@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, Literal
 
+from tmcm34x.files import followed
 from tmcm34x.ide.wire import FileEntry, FileText, RefusalError
 from tmcm34x.toolchain.encoding import UTF_8, Encoding, EncodingError, decode, encode
 
@@ -30,7 +31,7 @@ class Workspace:
     """A folder."""
 
     def __init__(self, folder: Path, suffixes: frozenset[str] = SUFFIXES) -> None:
-        self.folder = folder.resolve()
+        self.folder = followed(folder)
         self._suffixes = suffixes
 
     @classmethod
@@ -38,8 +39,8 @@ class Workspace:
         """The workspace for what the user named, and which files to show first."""
         if len(paths) == 1 and paths[0].is_dir():
             return cls(paths[0]), []
-        files = [path.resolve() for path in paths if not path.is_dir()]
-        folders = [path.parent for path in files] + [path.resolve() for path in paths if path.is_dir()]
+        files = [followed(path) for path in paths if not path.is_dir()]
+        folders = [path.parent for path in files] + [followed(path) for path in paths if path.is_dir()]
         named = frozenset(path.suffix.lower() for path in files)
         workspace = cls(Path(os.path.commonpath(folders)) if folders else Path.cwd(), SUFFIXES | named)
         return workspace, [path.relative_to(workspace.folder).as_posix() for path in files]
@@ -49,8 +50,8 @@ class Workspace:
         if not path or "\0" in path or path.startswith(("/", "\\")):
             raise RefusalError("path", f"{path!r} is not a path inside the opened folder.")
         try:
-            found = (self.folder / path).resolve()
-        except (OSError, RuntimeError) as error:  # a RuntimeError for links in a circle before Python 3.13
+            found = followed(self.folder / path)
+        except OSError as error:
             raise RefusalError("path", f"{path[:100]!r} leads nowhere.") from error
         if not found.is_relative_to(self.folder) or found == self.folder:
             raise RefusalError("path", f"{path} leads out of the opened folder.")
@@ -62,12 +63,12 @@ class Workspace:
 
     def names(self, folder: str) -> list[str]:
         """The names of the files in a folder inside the opened one; none where it cannot be read."""
-        found = (self.folder / folder).resolve()
-        if not found.is_relative_to(self.folder):
-            return []
         try:
+            found = followed(self.folder / folder)
+            if not found.is_relative_to(self.folder):
+                return []
             return sorted(path.name for path in found.iterdir() if path.is_file())
-        except OSError:
+        except (OSError, ValueError):
             return []
 
     def files(self) -> list[FileEntry]:

@@ -95,7 +95,7 @@ class Control:
         with contextlib.suppress(FileNotFoundError):
             if stat.S_ISSOCK(path.lstat().st_mode) and not await _answers(path):
                 path.unlink()  # of a process that was killed
-        if path.exists():
+        if os.path.lexists(path):  # a link that leads nowhere is in the way too
             raise OSError(0, "there is a file of this name already")
         mask = os.umask(0o177)
         try:

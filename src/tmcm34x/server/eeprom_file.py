@@ -18,6 +18,7 @@ import sys
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from tmcm34x.files import followed
 from tmcm34x.server.file_lock import lock
 
 _NO_FD: Final = -1
@@ -50,10 +51,10 @@ class EepromFile:
 
     def __init__(self, path: str | Path) -> None:
         self._shown = str(path)
-        self._path = Path(path).resolve()
         self._fd = _NO_FD
         self._size = 0
         try:
+            self._path = followed(path)
             self._fd = self._open()
             if not os.access(self._path.parent, os.W_OK):
                 raise PermissionError(0, f"cannot write to the folder {self._path.parent}")

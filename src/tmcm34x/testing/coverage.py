@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from tmcm34x.files import real_path
 from tmcm34x.firmware.program import Counts
 from tmcm34x.trace.coverage import Coverage, coverage, format_lcov, parse_lcov, summed, totals
 from tmcm34x.trace.tracefile import page_beside, read_tracefile, write_tracefile
@@ -49,7 +50,7 @@ class Collector:
     """
 
     def __init__(self, root: Path) -> None:
-        self.root = root.resolve()
+        self.root = real_path(root)
         self.coverage: Coverage = {}
         self.replaced: set[str] = set()
         """Programs that were not in the memory any more when their module was closed."""
@@ -65,7 +66,7 @@ class Collector:
 
     def name_of(self, file: str) -> str:
         """A file as seen from the root folder, where it is in there."""
-        path = Path(file).resolve()
+        path = real_path(file)
         return path.relative_to(self.root).as_posix() if path.is_relative_to(self.root) else str(path)
 
     # Between processes

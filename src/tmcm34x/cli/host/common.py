@@ -154,22 +154,25 @@ def print_json(value: Any) -> None:
 def save(path: Path, text: str) -> None:
     """Write a file, whole or not at all: a full disk leaves the old one as it was; or to standard output.
 
-    Raises `CliError`.
+    A link stays one.  Raises `CliError`.
     """
     import tempfile
+
+    from tmcm34x.files import followed
 
     if is_standard_output(path):
         click.echo(text, nl=False)
         return
     temporary = ""
     try:
-        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        place = followed(path)
+        descriptor, temporary = tempfile.mkstemp(dir=place.parent, prefix=f".{place.name}.")
         with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
         Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
+        Path(temporary).replace(place)
     except OSError as error:
         with contextlib.suppress(OSError):
             if temporary:

@@ -9,6 +9,7 @@ from typing import Any, Final
 from tmcm34x.debug.dap import messages as m
 from tmcm34x.debug.dap.messages import RequestError
 from tmcm34x.debug.sessions.base import Text
+from tmcm34x.files import real_path
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import Assembly, Symbol, assemble
 from tmcm34x.toolchain.disassembler import disassemble, up_to_end_mark
@@ -79,7 +80,7 @@ class Sources:
             raise RequestError(f"no path: {error}") from None
 
     def _key_of(self, path: str) -> str:
-        return str((self._folder / path).resolve())
+        return str(real_path(self._folder / path))
 
     def has(self, key: str) -> bool:
         """Whether the program has this source."""
