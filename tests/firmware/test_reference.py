@@ -146,7 +146,7 @@ def test_a_circular_axis_needs_one_switch_only() -> None:
 load = {kind = "turntable", ratio = 4.0, start = 100.0}
 switch = {reference = {position = 10.0, width = 6.0, hysteresis = 1.0}}
 """)
-    module.board.set_switch(0, "right", True)
+    rig.worlds[0].set_switch(0, "right", True)
     for _ in range(2):
         direct(module, "RFS START, 0")
         search(rig)
@@ -227,6 +227,26 @@ def test_stop_switch_parameters_have_no_influence_and_come_back() -> None:
     direct(module, "ROL 0, 500")
     run_ms(rig, 2000)
     assert carriage_mm(rig) < 4.0
+
+
+@pytest.mark.parametrize("stretch", [Search.LEAVING, Search.GOING_TO_ZERO])
+@pytest.mark.parametrize(("mode", "stops"), [(1, False), (2, True), (3, True)])
+def test_the_right_switch_stops_a_search_in_modes_2_and_3_only(
+    mode: int, stops: bool, stretch: Search
+) -> None:
+    """To the end: on both stretches that lead to the right after the left switch."""
+    rig, module = rig_of(axis("left", "right"))
+    direct(module, f"SAP 193, 0, {mode}")
+    direct(module, "RFS START, 0")
+    while module.axes[0].search is not stretch:
+        rig.advance(rig.next_event())
+    rig.worlds[0].set_switch(0, "right", True)
+    run_ms(rig, 5000)
+    assert value(module, "RFS STATUS, 0") == (stretch if stops else Search.IDLE)
+    assert value(module, "GAP 3, 0") == 0
+    rig.worlds[0].set_switch(0, "right", None)
+    search(rig)
+    assert value(module, "GAP 1, 0") == 0
 
 
 def test_a_switch_that_never_comes_leaves_the_program_to_its_time_out() -> None:

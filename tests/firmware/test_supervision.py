@@ -9,7 +9,7 @@ from tmcm34x.chips.tmc246 import Condition, Tmc246
 from tmcm34x.chips.tmc423 import Tmc423
 from tmcm34x.clock import MS, NEVER, run_until
 from tmcm34x.firmware import drivers, motion
-from tmcm34x.firmware.axis import X_ACTUAL
+from tmcm34x.firmware.axis import V_TARGET, X_ACTUAL
 
 
 def current(module, motor):
@@ -451,6 +451,44 @@ def test_shutdown_ends_a_reference_search():
     module.board.set_shutdown(1)
     host.wait_ms(10)
     assert [host.do("RFS STATUS, 1"), host.do("GAP 3, 1")] == [0, 0]
+
+
+def stall():
+    host, motor = with_stall_detection()
+    return host, lambda: setattr(motor, "load", 1.0)
+
+
+def shut_down():
+    module = switched_on()
+    host = Host(module)
+    host.do("SGP 80, 0, 1")
+    return host, lambda: module.board.set_shutdown(1)
+
+
+def deviate():
+    _, host, shafts = with_encoders()
+    host.do("SAP 212, 0, 30000")
+
+    def leap():
+        shafts[0].place += 200_000
+
+    return host, leap
+
+
+@pytest.mark.parametrize("after_us", [1, 2400, 4999])
+@pytest.mark.parametrize("watched", [stall, shut_down, deviate])
+def test_the_firmware_looks_at_multiples_of_5_ms(watched, after_us):
+    host, happen = watched()
+    module = host.module
+    host.do("ROR 0, 500")
+    run_until(module, 1000 * MS)
+    run_until(module, 1000 * MS + after_us * MS // 1000)
+    happen()
+    assert module.axes[0].read(V_TARGET) == 500
+    run_until(module, 1005 * MS - 1)
+    assert module.axes[0].read(V_TARGET) == 500
+    run_until(module, 1005 * MS)
+    assert module.axes[0].read(V_TARGET) == 0
 
 
 # Heartbeat
