@@ -90,6 +90,19 @@ def test_run_from_an_address() -> None:
     assert module.execute(Instruction(129, 1, 0, 2048))[0] == Status.INVALID_VALUE
 
 
+def test_run_from_an_address_begins_with_an_empty_stack() -> None:
+    module = started("CSUB Sub \n STOP \nSub: WAIT TICKS, 0, 100 \n STOP \nThere: WAIT TICKS, 0, 100 \n STOP")
+    run_ms(module, 5)
+    assert module.program.stack == (1,)
+    module.execute(Instruction(128))
+    module.execute(Instruction(129))
+    run_ms(module, 5)
+    assert module.program.stack == (1,)
+    module.execute(Instruction(129, 1, 0, 4))
+    run_ms(module, 5)
+    assert (module.program.counter, module.program.stack) == (4, ())
+
+
 def test_step_executes_one_command() -> None:
     module = module_with("CALC LOAD, 1 \n CALC ADD, 1 \n WAIT TICKS, 0, 2 \n STOP")
     for counter, accumulator in ((1, 1), (2, 2)):
@@ -257,6 +270,18 @@ def test_wait_pos_ends_when_the_motor_arrives() -> None:
     run_to_stop(module)
     assert module.program.variables[0] == 5000
     assert module.program.executed == 5
+
+
+def test_wait_pos_goes_on_while_a_motor_rests_elsewhere() -> None:
+    module = started(
+        "WAIT POS, 0, 0 \n ROR 0, 500 \n WAIT TICKS, 0, 50 \n MST 0 \n WAIT POS, 0, 300 \n JC ETO, Late \n STOP \n"
+        "Late: SIO 0, 2, 1 \n STOP"
+    )
+    run_ms(module, 3400)
+    assert (direct(module, "GAP 3, 0"), direct(module, "GAP 8, 0")) == ((100, 0), (100, 0))
+    assert (module.program.counter, module.board.outputs) == (4, 0)
+    run_to_stop(module)
+    assert module.board.outputs == 1
 
 
 def test_a_time_out_sets_the_flag_until_it_is_cleared() -> None:

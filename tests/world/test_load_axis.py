@@ -152,6 +152,13 @@ def test_a_hanging_load_falls_to_its_stop_without_current_but_not_against_fricti
     assert go(held, 1000, current_ma=0.0) == 1000
 
 
+def test_friction_and_detent_torque_together_hold_a_load_without_current():
+    """On a lead of 5 mm the detent torque of 15 mNm is 18.8 N."""
+    for force, falls in ((78.0, False), (79.5, True)):
+        hanging = axis(Carriage(lead_mm=5, low=-2.0, friction_n=60.0, zones=((0, force),)))
+        assert (go(hanging, 0, current_ma=0.0) == hanging.low) is falls
+
+
 def test_a_load_without_ends_or_a_table_does_not_fall():
     for load in (Carriage(zones=((0, -900.0),)), Turntable(zones=((0, 9.0),))):
         loose = axis(load)
