@@ -23,6 +23,8 @@ _MODULES: pytest.StashKey[list[Any]] = pytest.StashKey()
 _COVERAGE: pytest.StashKey[Any] = pytest.StashKey()
 _SAVED = "tmcl_coverage"
 _NONE: list[Any] = []
+_SETTINGS = "bench", "pace"
+_NUMBER = re.compile(r"-?\d+(\.\d*)?")
 _UNSAFE = re.compile(r"[^\w.-]+")
 _MARKERS = (
     "tmcm34x_model(341, 342, 343): module types on which a test with the fixture `tmcm34x` runs",
@@ -57,6 +59,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--tmcl-coverage-append", action="store_true", help="add to what the folder holds from earlier runs"
     )
+    parser.addini("tmcm34x_bench", "bench file of all modules without the marker, from the root folder")
+    parser.addini("tmcm34x_pace", "'virtual' or a factor of real time, of all modules without the marker")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -65,6 +69,8 @@ def pytest_configure(config: pytest.Config) -> None:
         config.addinivalue_line("markers", marker)
     if config.option.tmcl_coverage:
         _collect_coverage(config)
+    elif config.option.tmcl_coverage_append:
+        raise pytest.UsageError("--tmcl-coverage-append needs --tmcl-coverage too")
 
 
 # Fixtures
@@ -127,15 +133,25 @@ def _virtual(request: pytest.FixtureRequest, model: int | None, options: dict[st
 
 
 def _marked(request: pytest.FixtureRequest) -> dict[str, Any]:
-    """What the markers of a test say."""
-    found: dict[str, Any] = {}
-    for name in ("bench", "pace"):
+    """What the markers of a test say, or else the configuration."""
+    found = {name: _configured(request.config, name) for name in _SETTINGS}
+    for name in _SETTINGS:
         marker = request.node.get_closest_marker(f"tmcm34x_{name}")
         if marker is not None:
             if len(marker.args) != 1:
-                raise pytest.UsageError(f"the marker tmcm34x_{name} takes one argument")
+                pytest.fail(f"the marker tmcm34x_{name} takes one argument", pytrace=False)
             found[name] = marker.args[0]
-    return found
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def _configured(config: pytest.Config, name: str) -> str | Path | float | None:
+    """What the configuration file says for all modules; a pace that is no number is left for the module to refuse."""
+    text = str(config.getini(f"tmcm34x_{name}"))
+    if not text:
+        return None
+    if name == "bench":
+        return config.rootpath / text
+    return float(text) if _NUMBER.fullmatch(text) else text
 
 
 def _find(request: pytest.FixtureRequest, bench: str | Path) -> str | Path:
@@ -175,10 +191,14 @@ def tmcm34x(request: pytest.FixtureRequest, tmcm34x_factory: Factory) -> ModuleU
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Run a test with the fixture `tmcm34x` on each type that its marker names."""
     marker = metafunc.definition.get_closest_marker("tmcm34x_model")
-    if marker is None or "tmcm34x" not in metafunc.fixturenames:
+    if marker is None:
+        return
+    if "tmcm34x" not in metafunc.fixturenames:
+        if marker in metafunc.definition.own_markers:
+            pytest.fail("the marker tmcm34x_model is for tests with the fixture tmcm34x", pytrace=False)
         return
     if not marker.args or set(marker.args) - set(MODELS):
-        raise pytest.UsageError(f"the marker tmcm34x_model takes 341, 342 and 343, not {marker.args}")
+        pytest.fail(f"the marker tmcm34x_model takes 341, 342 and 343, not {marker.args}", pytrace=False)
     metafunc.parametrize("tmcm34x", marker.args, indirect=True)
 
 
@@ -190,7 +210,10 @@ def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Show what happened on the modules of a failed test; skip what no real module can do."""
+    plain = call.excinfo is not None and _is_ours(call.excinfo) and not _end_at_test(item, call.excinfo)
     outcome = yield
+    if plain and outcome.failed:
+        outcome.longrepr = cast("pytest.ExceptionInfo[BaseException]", call.excinfo).exconly()
     if call.excinfo is not None and _needs_bench(call.excinfo):
         outcome.outcome = "skipped"
         outcome.longrepr = (str(item.path), item.location[1] or 0, f"Skipped: {call.excinfo.value}")
@@ -198,6 +221,18 @@ def pytest_runtest_makereport(
         for module in item.stash.get(_MODULES, _NONE):
             _add_report(item, outcome, module)
     return outcome
+
+
+def _is_ours(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
+    """Whether this package has raised it on purpose."""
+    return type(excinfo.value).__module__.startswith("tmcm34x.")
+
+
+def _end_at_test(item: pytest.Item, excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
+    from tmcm34x.testing.traceback import end_at_caller
+
+    shown_otherwise = item.config.option.fulltrace or not isinstance(item, pytest.Function)
+    return shown_otherwise or end_at_caller(excinfo.value, item.config.rootpath)
 
 
 def _needs_bench(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:

@@ -34,6 +34,23 @@ def test_each_test_has_a_fresh_module(run):
     result.assert_outcomes(passed=2)
 
 
+def test_the_configuration_chooses_bench_and_pace_for_all(run, pytester):
+    pytester.makefile(".toml", machine=BENCH)
+    pytester.makeini("[pytest]\ntmcm34x_bench = machine.toml\ntmcm34x_pace = 50\n")
+    result = run("""
+        import pytest
+
+        def test_plain(tmcm34x):
+            assert tmcm34x.speed == 50
+            assert tmcm34x.motor(0).load_position == 7
+
+        @pytest.mark.tmcm34x_pace("virtual")
+        def test_other(tmcm34x):
+            assert not tmcm34x.real_pace
+    """)
+    result.assert_outcomes(passed=2)
+
+
 def test_markers_choose_model_bench_and_pace(run, pytester):
     pytester.makefile(".toml", machine=BENCH)
     result = run(
@@ -72,19 +89,62 @@ def test_the_factory_makes_several_modules(run):
     result.assert_outcomes(passed=1)
 
 
-@pytest.mark.parametrize(
-    ("marker", "problem"),
-    [
-        ("tmcm34x_model(344)", "the marker tmcm34x_model takes 341, 342 and 343"),
-        ("tmcm34x_model()", "the marker tmcm34x_model takes 341, 342 and 343"),
-        ("tmcm34x_bench()", "the marker tmcm34x_bench takes one argument"),
-        ('tmcm34x_bench("gone.toml")', "gone.toml: No such file"),
-        ('tmcm34x_pace("fast")', "pace is 'virtual' or a factor of real time"),
-    ],
+WRONG_MARKERS = (
+    ("tmcm34x", "tmcm34x_model(344)", "the marker tmcm34x_model takes 341, 342 and 343, not (344,)"),
+    ("tmcm34x", "tmcm34x_model()", "the marker tmcm34x_model takes 341, 342 and 343, not ()"),
+    ("tmcm343", "tmcm34x_model(341)", "the marker tmcm34x_model is for tests with the fixture tmcm34x"),
+    ("tmcm34x", "tmcm34x_bench()", "the marker tmcm34x_bench takes one argument"),
+    ("tmcm34x", 'tmcm34x_bench("gone.toml")', "gone.toml: No such file or directory"),
+    ("tmcm34x", 'tmcm34x_pace("fast")', "pace is 'virtual' or a factor of real time above 0, not 'fast'"),
 )
-def test_a_marker_that_is_wrong_says_so(run, marker, problem):
-    result = run(f"import pytest\n\n@pytest.mark.{marker}\ndef test_it(tmcm34x):\n    pass\n")
-    assert problem in result.stdout.str() + result.stderr.str()
+
+
+def test_markers_that_are_wrong_say_so_in_a_line(pytester):
+    for n, (fixture, marker, _) in enumerate(WRONG_MARKERS):
+        text = f"import pytest\n\n@pytest.mark.{marker}\ndef test_it({fixture}):\n    pass\n"
+        pytester.makepyfile(**{f"test_{n}": text})
+    result = pytester.runpytest_subprocess(*QUICKLY, "--continue-on-collection-errors")
+    result.assert_outcomes(errors=len(WRONG_MARKERS))
+    lines = result.stdout.lines
+    assert all(any(line.endswith(problem) for line in lines) for _, _, problem in WRONG_MARKERS)
+    assert "pytest_plugin.py" not in result.stdout.str()
+
+
+def test_a_mistake_is_shown_where_the_test_makes_it(run):
+    result = run("""
+        def test_late(tmcm343):
+            tmcm343.until("GAP 8, 0 is 100 0", timeout=1)
+
+        def test_side(tmcm343):
+            tmcm343.press("lefft", 0)
+
+        def test_in_a_condition(tmcm343):
+            tmcm343.until(lambda: tmcm343.command("GAPP 1, 0"))
+
+        def test_over_a_thread(tmcm343):
+            assert tmcm343.port
+            tmcm343.motor(0).max_speed = 5000
+
+        def test_bench(tmcm34x_factory):
+            tmcm34x_factory(bench="gone.toml")
+    """)
+    result.assert_outcomes(failed=5)
+    result.stdout.fnmatch_lines(
+        [
+            "tmcm343 = <TMCM-343>",
+            ">*tmcm343.until(*",
+            "E*GAP 8, 0 is 100 0 did not come true within 1 s; it is 100 1 now",
+            ">*tmcm343.press(*",
+            "E*switch: side is left or right, not 'lefft'",
+            ">*lambda: tmcm343.command(*",
+            "E*unknown command GAPP*",
+            ">*max_speed = 5000",
+            "E*max_speed of motor 0: invalid value",
+            ">*tmcm34x_factory(*",
+            "E*gone.toml: No such file or directory",
+        ]
+    )
+    result.stdout.no_fnmatch_line("*src?tmcm34x*")
 
 
 def test_a_failed_test_shows_what_happened(run, pytester):
@@ -296,9 +356,10 @@ def test_coverage_of_nothing_says_so(run):
     run("", "--tmcl-coverage").stdout.fnmatch_lines(["no program from a file was loaded"])
 
 
-def test_a_folder_for_coverage_that_cannot_be_is_a_usage_error(run, pytester, demo):
+def test_coverage_that_cannot_be_written_is_a_usage_error(run, pytester, demo):
     for options, problem in (
         (["--tmcl-coverage=demo.tmc"], "File exists"),
+        (["--tmcl-coverage-append"], "--tmcl-coverage-append needs --tmcl-coverage too"),
         (["--tmcl-coverage=.", "--tmcl-coverage-append"], "line 1 is not of an lcov tracefile"),
     ):
         (pytester.path / "coverage.info").write_text("hello")

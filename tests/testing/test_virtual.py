@@ -76,7 +76,7 @@ def test_until_fails_when_the_time_is_over(module, condition):
     assert module.now == 2
 
 
-@pytest.mark.parametrize("seconds", [-1, float("nan"), float("inf")])
+@pytest.mark.parametrize("seconds", [-1, float("nan"), float("inf"), "2 s"])
 def test_time_is_a_finite_number_of_seconds(module, seconds):
     with pytest.raises(ValueError, match="a time must be a finite number"):
         module.run(seconds)
@@ -86,6 +86,17 @@ def test_time_is_a_finite_number_of_seconds(module, seconds):
 def test_a_pace_is_virtual_or_a_factor(pace):
     with pytest.raises(ValueError, match="pace is 'virtual' or a factor"):
         VirtualModule(343, pace=pace)
+
+
+@pytest.mark.parametrize("motor", [-1, 3, "left"])
+def test_a_module_has_three_motors(module, motor):
+    with pytest.raises(ValueError, match=r"motor is 0\.\.2, not"):
+        module.motor(motor)
+
+
+def test_there_are_three_models():
+    with pytest.raises(ValueError, match="model is 341, 342, 343, not 344"):
+        VirtualModule(344)
 
 
 def test_at_real_pace_the_module_goes_on_by_itself():
@@ -389,6 +400,9 @@ def test_a_fault_strikes_so_many_replies(module, line):
 
 def test_faults_can_be_ended(module, line):
     module.fault("bad_checksum")
+    module.fault("status", 5)
+    module.clear_faults("bad_checksum")
+    assert ask(line, "GAP 4, 0")[0] == 5
     module.clear_faults()
     assert ask(line, "GAP 4, 0") == (100, 1000)
 

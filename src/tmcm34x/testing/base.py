@@ -15,7 +15,7 @@ from tmcm34x.tmcl.mnemonic import parse_instruction
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from tmcm34x.bench.session.world import Unit
+    from tmcm34x.bench.session.world import Seen, Unit
     from tmcm34x.bench.world import AxisView
     from tmcm34x.host.module import Module as HostModule
     from tmcm34x.testing.history import History
@@ -46,6 +46,9 @@ class ModuleUnderTest(ABC):
 
     model: int
     real: bool
+
+    def __repr__(self) -> str:
+        return f"<TMCM-{self.model}>"
 
     def __enter__(self) -> Self:
         return self
@@ -111,18 +114,19 @@ class ModuleUnderTest(ABC):
         Raises `TooLateError` when the time is over.
         """
         start_s = self.now
-        holds = self._compile(condition) if isinstance(condition, str) else condition
+        look = self._compile(condition) if isinstance(condition, str) else None
+        holds = condition if callable(condition) else lambda: look is not None and look().holds
         if not self.run_until(holds, timeout):
-            what = (
-                condition if isinstance(condition, str) else getattr(condition, "__name__", "the condition")
-            )
-            raise TooLateError(f"{what} did not come true within {timeout:g} s")
+            name = condition if isinstance(condition, str) else getattr(condition, "__name__", "<lambda>")
+            what = "the condition" if name == "<lambda>" else name
+            seen = "" if look is None else f"; it is {look().what} now"
+            raise TooLateError(f"{what} did not come true within {timeout:g} s{seen}")
         return self.now - start_s
 
-    def _compile(self, text: str) -> Callable[[], bool]:
+    def _compile(self, text: str) -> Callable[[], Seen]:
         condition: Condition = read_condition(text)
         subject = Subject(self)
-        return lambda: condition.look(subject).holds
+        return lambda: condition.look(subject)
 
     @abstractmethod
     def run_until(self, holds: Callable[[], Any], timeout: float) -> bool:
@@ -131,7 +135,7 @@ class ModuleUnderTest(ABC):
     # The module
 
     def motor(self, number: int, module: int = 0) -> Motor:
-        """Motor 0..2."""
+        """Motor 0..2.  Raises `ValueError` for another number."""
         return Motor(self, number, module)
 
     def command(self, text: str, module: int = 0) -> tuple[int, int]:
@@ -202,8 +206,8 @@ class ModuleUnderTest(ABC):
         """
 
     @abstractmethod
-    def clear_faults(self) -> None:
-        """End all faults of the line."""
+    def clear_faults(self, name: str | None = None) -> None:
+        """End the faults of the line that have this name, or all."""
 
     @property
     @abstractmethod

@@ -12,5 +12,9 @@ class TooLateError(AssertionError):
     """A condition that did not come true in time."""
 
 
+class WrongUseError(ValueError):
+    """Something that a test asks for and cannot have; the text says what it can."""
+
+
 class NotOnRealModuleError(Exception):
     """Something that only a virtual module can do; the pytest plugin skips the test."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Protocol
 
+from tmcm34x.testing.errors import WrongUseError
 from tmcm34x.tmcl.axis_parameters import BY_KEY
-from tmcm34x.tmcl.commands import BY_MNEMONIC
+from tmcm34x.tmcl.commands import BY_MNEMONIC, MOTORS
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 from tmcm34x.toolchain.mending.spelling import proposal
@@ -47,12 +48,17 @@ class Motor:
     """0..2."""
 
     def __init__(self, module: Commanded, number: int, module_number: int = 0) -> None:
+        if number not in range(MOTORS):
+            raise WrongUseError(f"motor is 0..{MOTORS - 1}, not {number!r}")
         object.__setattr__(self, "_module", module)
         object.__setattr__(self, "number", number)
         object.__setattr__(self, "_number", module_number)
 
     _module: Commanded
     _number: int
+
+    def __repr__(self) -> str:
+        return f"<motor {self.number} of {self._module!r}>"
 
     def __getattr__(self, key: str) -> int:
         return self._ask(_GAP, key)
@@ -73,7 +79,7 @@ class Motor:
         ask = module.ask if number == _GAP else module.execute
         status, answer = ask(instruction, self._number)
         if status != Status.OK:
-            raise ValueError(f"{key} of motor {self.number}: {STATUS_TEXTS.get(status, 'no reply')}")
+            raise WrongUseError(f"{key} of motor {self.number}: {STATUS_TEXTS.get(status, 'no reply')}")
         return answer
 
     @property

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from tmcm34x.bench.run import Run
 from tmcm34x.clock import clocks
 from tmcm34x.editor import disk
+from tmcm34x.testing.errors import WrongUseError
 from tmcm34x.testing.rigs import make_rig
 from tmcm34x.toolchain.assembler import Assembly, assemble
 from tmcm34x.toolchain.diagnostics import render_all
@@ -24,7 +25,7 @@ def assemble_source(source: str | Path, model: int = 343) -> Assembly:
     """
     assembly = _assemble(source, model)
     if not assembly.ok:
-        raise ValueError(render_all(assembly.diagnostics, assembly.sources).rstrip())
+        raise WrongUseError(render_all(assembly.diagnostics, assembly.sources).rstrip())
     return assembly
 
 

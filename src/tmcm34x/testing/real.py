@@ -185,7 +185,7 @@ class RealModule(ModuleUnderTest):
         """Not available."""
         self._refuse(f"the fault {name!r} of the line")
 
-    def clear_faults(self) -> None:
+    def clear_faults(self, name: str | None = None) -> None:
         """There are none."""
 
     @property

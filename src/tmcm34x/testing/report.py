@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Final
 
 from tmcm34x.clock import seconds
 from tmcm34x.host import HostError
-from tmcm34x.tmcl.commands import MOTORS
+from tmcm34x.tmcl.commands import MOTORS, PROGRAM_SIZE
+from tmcm34x.tmcl.mnemonic import format_instruction
 from tmcm34x.tmcl.telegrams import explain
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from tmcm34x.firmware.module import FirmwareModule
     from tmcm34x.testing.real import RealModule
     from tmcm34x.testing.virtual import VirtualModule
 
@@ -39,12 +41,22 @@ def state(module: VirtualModule) -> str:
     for number, unit in enumerate(module.rig.modules):
         name = f"module {number}: " if len(module.rig.modules) > 1 else ""
         power = "" if unit.powered else ", without power"
-        program = "running" if unit.program.active else "stopped"
         rows.append(
-            f"{name}{unit.board.model.name}{power}, outputs {unit.board.outputs:08b}, program {program}"
+            f"{name}{unit.board.model.name}{power}, outputs {unit.board.outputs:08b}, {_program(unit)}"
         )
         rows += [_axis(module, number, motor) for motor in range(3)]
     return "\n".join(rows)
+
+
+def _program(unit: FirmwareModule) -> str:
+    """Whether the program runs, and the command that is next or waits."""
+    if not unit.program.active:
+        return "program stopped"
+    address = unit.program.counter
+    command = (
+        format_instruction(unit.eeprom.read_instruction(address)) if address < PROGRAM_SIZE else "its end"
+    )
+    return f"program running, at {address}: {command}"
 
 
 def _axis(module: VirtualModule, number: int, motor: int) -> str:

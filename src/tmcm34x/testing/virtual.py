@@ -20,6 +20,7 @@ from tmcm34x.links.faulty import Faults
 from tmcm34x.links.timing import VirtualTiming
 from tmcm34x.server import Server
 from tmcm34x.testing.base import ModuleUnderTest
+from tmcm34x.testing.errors import WrongUseError
 from tmcm34x.testing.lines import Clockwork, PacedCanLink, PacedLink, VirtualPace
 from tmcm34x.testing.rigs import make_rig
 from tmcm34x.testing.telegram import Telegram
@@ -353,9 +354,9 @@ class VirtualModule(ModuleUnderTest):
         made = fault(name, value, **options)
         self.do(lambda: self._faults.add(made))
 
-    def clear_faults(self) -> None:
-        """End all faults of the line."""
-        self.do(self._faults.clear)
+    def clear_faults(self, name: str | None = None) -> None:
+        """End the faults of the line that have this name, or all.  Raises `FaultError`."""
+        self.do(lambda: self._faults.clear(name))
 
     @property
     def history(self) -> History:
@@ -371,9 +372,9 @@ class VirtualModule(ModuleUnderTest):
         from tmcm34x.testing.history import History
 
         if self._speed:
-            raise ValueError('time goes back in virtual time only: leave pace at "virtual"')
+            raise WrongUseError('time goes back in virtual time only: leave pace at "virtual"')
         if self._lines:
-            raise ValueError(
+            raise WrongUseError(
                 "ask for the history before the module's lines are opened: it keeps what they bring"
             )
         history = History(self.rig)
