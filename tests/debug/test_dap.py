@@ -399,6 +399,7 @@ def test_who_wrote_a_value_is_answered_in_the_console(file):
     answer = editor.do("evaluate", expression="WHO WROTE gp[1]?", context="repl")["result"]
     assert "debugger: gp[1] = 8" in answer
     assert "no value named" in editor.fail("evaluate", expression="who wrote nonsense?", context="repl")
+    assert "Name a value" in editor.fail("evaluate", expression="who wrote?", context="repl")
 
 
 def test_a_module_with_hosts_cannot_go_back_and_says_why():

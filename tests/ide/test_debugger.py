@@ -210,6 +210,27 @@ def test_the_past_leaves_no_marks_and_the_present_says_again_why_it_is_held(tmp_
     _go(tmp_path, scenario)
 
 
+def test_lines_are_not_shown_where_the_module_held_another_program(tmp_path):
+    async def scenario(ide, page, editor):
+        foreign = 1 << wire.TIME_FLAGS.index("foreign")
+        await page.call(wire.Download("program.tmc"))
+        await editor.breakpoints("program.tmc", {"line": 3})
+        await page.call(wire.ControlProgram("run"))
+        await editor.event("stopped")
+        (tmp_path / "program.tmc").write_text("SGP 1, 2, 3\n" + PROGRAM)
+        await page.call(wire.Download("program.tmc"))
+        await editor.do("stepBack", threadId=1)
+        await page.until(lambda: page.state["time"]["flags"] & foreign)
+        frames = (await editor.do("stackTrace", threadId=1))["stackFrames"]
+        assert [(frame["name"], frame["line"]) for frame in frames] == [("program", 0)]
+        answer = await editor.do("evaluate", expression="who wrote ap[2][0]?", context="repl")
+        assert "ms, ROR 0, 100 (0 " in answer["result"]
+        await page.call(wire.LeavePast())
+        await page.until(lambda: not page.state["time"]["flags"] & foreign)
+
+    _go(tmp_path, scenario)
+
+
 def test_expressions_are_evaluated_and_assigned(tmp_path):
     async def scenario(ide, page, editor):
         await page.call(wire.Download("program.tmc"))

@@ -248,6 +248,20 @@ def test_a_snapshot_that_is_restored_begins_a_branch_without_a_past():
         bench.past.show(then - 1, 1)
 
 
+def test_what_was_done_to_the_bench_is_marked_in_words():
+    bench = started()
+    for what, index, value in (("left", 1, True), ("left", 1, None), ("analog", 2, 512), ("power", 0, False)):
+        bench.virtual.set_bench(wire.SetBench(what, index, value))
+        bench.wait(0.01)
+    marks = bench.past.marks(0).marks
+    assert [mark.text for mark in marks if mark.text.startswith("on the bench")] == [
+        "on the bench: switch 1 left active",
+        "on the bench: switch 1 left given back",
+        "on the bench: level 2 512",
+        "on the bench: power off",
+    ]
+
+
 def test_the_control_socket_moves_no_time_while_a_past_moment_is_shown():
     bench = started()
     assert bench.virtual.not_now("until") == ""

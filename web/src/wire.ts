@@ -6,7 +6,7 @@ export type Base64 = string;
 export const PROTOCOL = 5;
 export const WATCH_BIT = 7;
 export const MOTOR_FLAGS = { left: 1, right: 2, home: 4, reached: 8, left_off: 16, right_off: 32, energised: 64, stalled: 128 } as const;
-export const TIME_FLAGS = { paused: 1, powered: 2, plugged: 4, past: 8 } as const;
+export const TIME_FLAGS = { paused: 1, powered: 2, plugged: 4, past: 8, foreign: 16 } as const;
 export const PROGRAM_FLAGS = { zero: 1, equal: 2, lower: 4, greater: 8, eto: 16, eal: 32, edv: 64, epo: 128, esd: 256, downloading: 512 } as const;
 export const CURVES = ["position", "target", "speed", "target_speed", "load", "current", "encoder", "acceleration"] as const;
 

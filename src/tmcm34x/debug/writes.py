@@ -163,8 +163,23 @@ def _plain(done: Input) -> str:
     return f"{done.kind}: {' '.join(map(str, done.values))}".removesuffix(": ")
 
 
+_OPERANDS: Final[Mapping[str, Mapping[str, str]]] = {
+    "switch": {"True": "active", "False": "inactive", "None": "given back"},
+    "level": {"None": "given back"},
+}
+"""Operands of actions in words, by the action; what others switch is on or off."""
+_ON_OFF: Final[Mapping[str, str]] = {"True": "on", "False": "off"}
+
+
+def _action(done: Input) -> str:
+    name, *operands = map(str, done.values)
+    words = _OPERANDS.get(name, _ON_OFF)
+    return " ".join(("on the bench:", name, *(words.get(operand, operand) for operand in operands)))
+
+
 _DESCRIBED: Final[Mapping[str, Callable[[Input], str]]] = {
     "assignment": lambda done: f"debugger: {done.values[0]} = {done.values[1]}",
+    "action": _action,
     "control": lambda done: f"debugger: {done.values[0]}",
     RECEIVED: lambda done: "bytes of a host",
     "plugged": lambda _: "a line was plugged in",

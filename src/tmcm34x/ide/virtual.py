@@ -323,7 +323,9 @@ class Virtual:
             self._speed = (now - self._seen[0]) / clock.HZ / (wall_s - self._seen[1])
             self._seen = now, wall_s
         speed = 0.0 if pace.paused else round(self._speed, 2)
-        flags = bits(pace.paused, module.powered, self.plugged, self.past.shown)
+        past = self.past.shown
+        foreign = past and module.eeprom.program != self.module.eeprom.program
+        flags = bits(pace.paused, module.powered, self.plugged, past, foreign)
         put(state, "time", now, speed, pace.speed, flags)
 
     def _note(self) -> None:

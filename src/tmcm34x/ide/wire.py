@@ -125,7 +125,8 @@ CURVES: Final = (
 """Columns of a motor, all columns of motor 0 first; after the motors come the program counter, the outputs and the
 watched parameters."""
 
-TIME_FLAGS: Final = ("paused", "powered", "plugged", "past")
+TIME_FLAGS: Final = ("paused", "powered", "plugged", "past", "foreign")
+"""The last one: the memory held another program at the past moment that is shown."""
 PROGRAM_FLAGS: Final = ("zero", "equal", "lower", "greater", "eto", "eal", "edv", "epo", "esd", "downloading")
 WATCH_BIT: Final = 7
 """Bit of the mask byte for the watched parameters, in the order of `Watch`: a byte with a bit for each that is known,

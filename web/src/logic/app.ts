@@ -41,7 +41,12 @@ export const connection = new Connection("/wire");
 // ------------------------------------------------------------------ what the server said
 export const welcome = signal<Welcome | null>(null);
 export const files = signal<FileEntry[]>([]);
-export const loaded = signal<Listing | null>(null);
+/** The program that the module holds, where it is known. */
+export const listing = signal<Listing | null>(null);
+/** At the past moment that is shown the module held another program. */
+export const foreign = computed(() => (time.value.flags & TIME_FLAGS.foreign) !== 0);
+/** The program that the module holds as it is shown, where it is known. */
+export const loaded = computed(() => (foreign.value ? null : listing.value));
 export const world = signal<World | null>(null);
 export const progress = signal<{ title: string; done: number; total: number } | null>(null);
 export const link = signal<{ up: boolean; text: string; place: string; ascii: boolean }>({

@@ -11,7 +11,7 @@ import {
     forgetQuality,
     lastTelegram,
     link,
-    loaded,
+    listing,
     notify,
     online,
     progress,
@@ -34,7 +34,7 @@ connection.onEvent = event => {
             files.value = event.files;
             break;
         case "loaded":
-            loaded.value = event.listing;
+            listing.value = event.listing;
             break;
         case "windows":
             windows.value = event.count;
@@ -90,7 +90,7 @@ function welcomed(event: Welcome): void {
     sessionStorage.removeItem(RENEWED);
     const before = welcome.peek();
     welcome.value = event;
-    loaded.value = event.listing;
+    listing.value = event.listing;
     if (before && (before.start !== event.start || before.seat !== event.seat)) {
         samples.clear();
         world.value = null;

@@ -4,6 +4,7 @@ import { useEffect } from "preact/hooks";
 import { PROGRAM_FLAGS } from "../wire";
 import {
     can,
+    foreign,
     halted,
     held,
     loaded,
@@ -105,7 +106,11 @@ export function Program() {
                     </button>
                 ) : (
                     <span class="muted">
-                        {loaded.value ? "outside the program" : "this IDE did not load the program in the module"}
+                        {foreign.value
+                            ? "another program, which the module held then"
+                            : loaded.value
+                              ? "outside the program"
+                              : "this IDE did not load the program in the module"}
                     </span>
                 )}
             </div>

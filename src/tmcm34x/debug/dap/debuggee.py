@@ -58,6 +58,10 @@ class Debuggee:
             self.target.text = self.sources.text
             self.target.view.symbols = self.sources.symbols
 
+    def place(self, address: int) -> dict[str, Any]:
+        """Source and line of the command at `address`; empty where they are not known."""
+        return {} if self.running_or_held.foreign else self.sources.place(address)
+
     def instruction(self, address: int) -> Instruction | None:
         """The command at `address`, where there is one and it is known."""
         return None if self.target is None else self.target.instruction(address)

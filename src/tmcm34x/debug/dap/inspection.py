@@ -19,7 +19,7 @@ from tmcm34x.tmcl.mnemonic import MnemonicError, format_instruction, parse_instr
 from tmcm34x.tmcl.status import STATUS_TEXTS, Status
 
 _UNSAFE_READS: Final = "Reading it does something in the module; click to read."
-_WHO_WROTE: Final = re.compile(r"who\s+wrote\s+(.+?)\s*\??\s*\Z", re.IGNORECASE)
+_WHO_WROTE: Final = re.compile(r"who\s+wrote\b\s*(.*?)\s*\??\s*\Z", re.IGNORECASE)
 _NAMES: Final = ("accumulator", "adc", "ap", "co", "counter", "gp", "in", "out", "shutdown", "x")
 
 
@@ -47,7 +47,7 @@ class Inspector:
 
     def _frame(self, number: int, frame: Frame) -> dict[str, Any]:
         body: dict[str, Any] = {"id": number, "name": frame.name, "line": 0, "column": 0}
-        body |= self._debuggee.sources.place(frame.address)
+        body |= self._debuggee.place(frame.address)
         place = frame.location
         if place is not None:
             body |= {"column": place.column, "endLine": body["line"], "endColumn": place.end}
@@ -153,10 +153,12 @@ class Inspector:
         return {"result": _shown(value, shown_hex), "variablesReference": 0}
 
     def _who_wrote(self, text: str) -> str:
+        if not text:
+            raise RequestError("who wrote what? Name a value, as in: who wrote gp[3]?")
         write = self._debuggee.running_or_held.who_wrote(text)
         if write is None:
             return f"nothing has written {text} since the history began"
-        place = self._debuggee.sources.place(write.address) if write.address >= 0 else {}
+        place = self._debuggee.place(write.address) if write.address >= 0 else {}
         where = f"line {place['line']}: " if "line" in place else ""
         return f"{write.clock / MS:.4f} ms, {where}{write.cause} ({write.before} → {write.after})"
 

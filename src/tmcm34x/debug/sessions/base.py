@@ -70,6 +70,11 @@ class Session(Protocol):
         ...
 
     @property
+    def foreign(self) -> bool:
+        """Whether a past moment is looked at at which the memory held another program than the text's."""
+        ...
+
+    @property
     def owns_time(self) -> bool:
         """Whether the session moves virtual time itself, so that holding the program holds everything."""
         ...

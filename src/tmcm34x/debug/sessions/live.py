@@ -101,6 +101,11 @@ class LiveSession(Backward, Guest, LocalSession):
         return self._playback is not None and self._playback.shown is not None
 
     @property
+    def foreign(self) -> bool:
+        """Whether the memory held another program at the past moment that is looked at."""
+        return self.looking_back and self.module.eeprom.program != self._present.module.eeprom.program
+
+    @property
     def stop(self) -> Stop | None:
         """Why the program is held; None while it is not, or since another host has started or stopped it."""
         if self.looking_back:

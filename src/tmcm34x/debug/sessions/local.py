@@ -27,6 +27,11 @@ class LocalSession:
     steps_for_breakpoints = ""
     unwatchable = ""
 
+    @property
+    def foreign(self) -> bool:
+        """Whether a past moment is looked at at which the memory held another program than the text's."""
+        return False
+
     def __init__(
         self, module: FirmwareModule, world: World | None, listener: Listener, text: Text | None
     ) -> None:
@@ -96,14 +101,18 @@ class LocalSession:
 
     def frames(self) -> list[Frame]:
         """The open routines, the innermost first."""
-        stop = self.stop
+        stop, text = self.stop, self._fitting_text
         address = stop.address if stop is not None and stop.reason == "exception" else self.program.counter
         addresses = [address, *(following - 1 for following in reversed(self.program.stack))]
         names = [self._called_at(caller) for caller in addresses[1:]]
         return [
-            Frame(address, name, self.text.location(address) if self.text else None)
+            Frame(address, name, text.location(address) if text else None)
             for address, name in zip(addresses, [*names, "program"], strict=True)
         ]
+
+    @property
+    def _fitting_text(self) -> Text | None:
+        return None if self.foreign else self.text
 
     def restart_frame(self, number: int) -> None:
         """Go back to the first command of an open routine, 0 the innermost; motors and variables stay as they are.
@@ -126,6 +135,7 @@ class LocalSession:
 
     def _called_at(self, caller: int) -> str:
         instruction = self.module.eeprom.read_instruction(caller)
+        text = self._fitting_text
         if instruction.number != _CSUB:
-            return self.text.routine(caller) if self.text else ""
-        return self.text.label(instruction.value) if self.text else f"address {instruction.value}"
+            return text.routine(caller) if text else ""
+        return text.label(instruction.value) if text else f"address {instruction.value}"

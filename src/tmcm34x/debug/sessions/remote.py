@@ -61,6 +61,7 @@ class RemoteSession(OneWay, Guest):
         "while there are breakpoints the program of a real module runs in single steps, slower than by itself"
     )
     unwatchable = "the firmware of a real module has no data breakpoints"
+    foreign = False
     irreversible = "a real module has no history: only virtual time runs backwards"
 
     def __init__(self, connection: Connection, listener: Listener) -> None:
