@@ -45,6 +45,8 @@ class SerialEnd:
     ) -> None:
         self._modules = range(len(rig.modules)) if only is None else (only,)
         self.ports = [SerialPort(rig.modules[n], send, any_address=any_address) for n in self._modules]
+        self.record: Callable[[bytes, bool, int | None], None] | None = None
+        """Called with what was received, after it was."""
         self._any_address = any_address
         self._only = only
         self._crowd = crowd
@@ -66,10 +68,15 @@ class SerialEnd:
         over: too late to complete a telegram that was begun
         baud_rate: the sender's; modules at another one receive nothing (fidelity WIRE-8).  None is the module's own
         """
-        crowd = self._crowd
-        if crowd is None:
+        if self._crowd is None:
             self._receive(data, over, baud_rate)
-            return
+        else:
+            self._receive_in_crowd(self._crowd, data, over, baud_rate)
+        if self.record is not None:
+            self.record(data, over, baud_rate)
+
+    def _receive_in_crowd(self, crowd: Crowd, data: bytes, over: bool, baud_rate: int | None) -> None:
+        """Give the ports the bytes that they may be meant for."""
         crowd.know()
         if self._only is not None:
             crowd.reach(self._only)
@@ -145,6 +152,8 @@ class CanEnd:
         crowd: Crowd | None = None,
     ) -> None:
         self._ports = [CanPort(module, send) for module in rig.modules]
+        self.record: Callable[[int, bytes, int | None], None] | None = None
+        """Called with what was received, after it was."""
         self._crowd = crowd
 
     def describe(self) -> tuple[str, tuple[Value, ...]]:
@@ -153,12 +162,17 @@ class CanEnd:
 
     def receive_frame(self, identifier: int, data: bytes, bit_rate: int | None = None) -> None:
         """Take a frame; modules at another bit rate do not understand it."""
-        crowd = self._crowd
-        if crowd is None:
+        if self._crowd is None:
             for port in self._ports:
                 if bit_rate in {None, port.bit_rate}:
                     port.receive_frame(identifier, data)
-            return
+        else:
+            self._receive_in_crowd(self._crowd, identifier, data, bit_rate)
+        if self.record is not None:
+            self.record(identifier, data, bit_rate)
+
+    def _receive_in_crowd(self, crowd: Crowd, identifier: int, data: bytes, bit_rate: int | None) -> None:
+        """Give the frame to the ports that it may be meant for."""
         meant = crowd.identified(identifier & IDENTIFIER_BITS)
         for index in meant:
             port = self._ports[index]

@@ -22,7 +22,7 @@ from tmcm34x.bench.lines import SerialEnd
 from tmcm34x.clock import HZ, NEVER
 from tmcm34x.debug.branches import Branch
 from tmcm34x.debug.course import Course, change_lines
-from tmcm34x.debug.inputs import RECEIVED, Input, size
+from tmcm34x.debug.inputs import INPUT_SIZE, RECEIVED, Input, size, telegrams_size
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
@@ -33,8 +33,8 @@ LIMIT: Final = 64 << 20
 """Default memory of a history [bytes]."""
 DENSE_STEPS: Final = 250
 """Steps of time from one snapshot to the next, as they are taken: each goes to an event, but for few."""
-DENSE_INPUTS: Final = 2000
-"""Inputs from one snapshot to the next: to do one again takes less than an event."""
+DENSE_INPUTS: Final = 5000
+"""Inputs from one snapshot to the next: to do all of them again takes 20 ms."""
 DENSE_CLOCKS: Final = 15 * HZ
 """Longest virtual time from one snapshot to the next while anything happens."""
 SPARE: Final = 0.05
@@ -73,7 +73,7 @@ class History:
         self._ahead = False
         """Whether inputs of the branch are still to come: the bench was brought back, and goes the same way again."""
         self._size = self._sized = 0
-        """Memory of the snapshots, and of so many inputs of the present branch."""
+        """Memory of the snapshots, and of so many inputs of the present branch; of those that are no telegrams, all."""
         self._steps_left = 0
         """Steps of time until the next snapshot."""
         self._inputs_due = 0
@@ -112,9 +112,9 @@ class History:
 
     @property
     def _fresh_size(self) -> int:
-        """Memory of the inputs since the last snapshot [bytes]."""
+        """What is to be added to it for the inputs since the last snapshot [bytes]."""
         branch = self.branch
-        return size(branch.inputs.contents[self._sized - branch.forgotten :])
+        return telegrams_size(branch.inputs.contents[self._sized - branch.forgotten :])
 
     @property
     def _done(self) -> int:
@@ -186,6 +186,7 @@ class History:
         if self._ahead or now < self.branch.reached:
             self._begin_branch(self.branch, now, self._done)
         self.branch.inputs.append(Input(now, kind, index, values))
+        self._size += INPUT_SIZE
 
     def _note_action(self, action: Action, _: int) -> None:
         self.record("action", action.module, (action.name, *action.operands))
@@ -210,28 +211,34 @@ class History:
         self.branch = self._course.branch = branch
         self._go_ahead(ahead)
         self._steps_left, self._snapshot_due, self._inputs_due = NEVER, branch.reached + 1, 0
+        for end, number in self._numbers.items():
+            end.record = self._taker(end, number)
 
     # What comes over lines; a `server.lines.Recorder`
 
-    def plugged(self, end: LineEnd) -> Callable[..., None]:
-        """A line was plugged in; returns what takes the values that it receives."""
+    def plugged(self, end: LineEnd) -> None:
+        """A line was plugged in: keep what it receives."""
         number = self._lines = self._lines + 1
         self._course.lines[number] = end
         self._numbers[end] = number
         self.record("plugged", number, end.describe())
-        return self._taker(number) if isinstance(end, SerialEnd) else self._frame_taker(number)
+        end.record = self._taker(end, number)
 
-    def _taker(self, number: int) -> Callable[[bytes, bool, int | None], None]:
-        """`record` without the calls that each telegram would have to pay for."""
-        rig, late = self.rig, -number
+    def _taker(self, end: LineEnd, number: int) -> Callable[..., None]:
+        """What takes the values that a line receives, for the present branch."""
+        return self._bytes_taker(number) if isinstance(end, SerialEnd) else self._frame_taker(number)
+
+    def _bytes_taker(self, number: int) -> Callable[[bytes, bool, int | None], None]:
+        """`record` without the calls and the look-ups that each telegram would have to pay for."""
+        rig, inputs, late = self.rig, self.branch.inputs, -number
+        contents = inputs.contents
+        add_clock, add_line, add_content = inputs.clocks.append, inputs.lines.append, contents.append
 
         def take(data: bytes, over: bool, baud_rate: int | None) -> None:
-            inputs = self.branch.inputs
-            contents = inputs.contents
             if baud_rate is None and len(contents) < self._inputs_due:
-                inputs.clocks.append(rig.now)
-                inputs.lines.append(late if over else number)
-                contents.append(data)
+                add_clock(rig.now)
+                add_line(late if over else number)
+                add_content(data)
             else:
                 self.record(RECEIVED, number, (data, over, baud_rate))
 
@@ -242,6 +249,7 @@ class History:
 
     def unplugged(self, end: LineEnd) -> None:
         """A line was unplugged."""
+        end.record = None
         number = self._numbers.pop(end)
         del self._course.lines[number]
         self.record("unplugged", number, ())

@@ -16,7 +16,7 @@ CELLS_SIZE: Final = 60
 BYTES_SIZE: Final = 40
 """Memory of the bytes of a telegram besides their number, roughly [bytes]."""
 INPUT_SIZE: Final = 200
-"""Memory of the content of any other input, roughly [bytes]."""
+"""Memory of the content of any other input besides that, roughly [bytes]."""
 RECEIVED: Final = "received"
 """The kind of what came over a line."""
 
@@ -96,8 +96,12 @@ class Inputs(Sequence[Input]):
 
 def size(contents: Collection[Content]) -> int:
     """Memory of inputs with these contents, roughly [bytes]."""
-    others = list(map(type, contents)).count(tuple)
-    return (CELLS_SIZE + BYTES_SIZE) * len(contents) + sum(map(len, contents)) + INPUT_SIZE * others
+    return telegrams_size(contents) + INPUT_SIZE * list(map(type, contents)).count(tuple)
+
+
+def telegrams_size(contents: Collection[Content]) -> int:
+    """The same if all of them are telegrams, or without the `INPUT_SIZE` of each one that is not."""
+    return (CELLS_SIZE + BYTES_SIZE) * len(contents) + sum(map(len, contents))
 
 
 def _content(item: Input) -> tuple[int, Content]:

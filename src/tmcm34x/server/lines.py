@@ -25,8 +25,8 @@ TIME_OUT_S: Final = 0.005
 class Recorder(Protocol):
     """Keeps what comes over lines; each method is called at the bench's clock, after it has happened."""
 
-    def plugged(self, end: LineEnd, /) -> Callable[..., None]:
-        """A client has come; returns what takes the arguments of each call of `end.receive` or `end.receive_frame`."""
+    def plugged(self, end: LineEnd, /) -> None:
+        """A client has come; what the line receives is for `end.record`."""
         ...
 
     def unplugged(self, end: LineEnd, /) -> None:
@@ -93,7 +93,8 @@ class ClientLine:
         )
         self._time_out_s = TIME_OUT_S + latency_ms / 1000
         self._last_s = -math.inf
-        self._record = None if server.recorder is None else server.recorder.plugged(self._end)
+        if server.recorder is not None:
+            server.recorder.plugged(self._end)
 
     def receive(self, data: bytes) -> None:
         """Take bytes that the client sent."""
@@ -105,8 +106,6 @@ class ClientLine:
         over = wall_s - self._last_s > self._time_out_s
         baud_rate = None if self._baud_rate is None else self._baud_rate()
         self._end.receive(data, over, baud_rate)
-        if self._record is not None:
-            self._record(data, over, baud_rate)
         self._last_s = wall_s
         server.look_ahead()
 
@@ -136,7 +135,8 @@ class Bus:
         self.clients: list[_Node] = []
         self.asking: _Node | None = None
         self.end = CanEnd(server.rig, self._reply, crowd=server.crowd)
-        self.record = None if server.recorder is None else server.recorder.plugged(self.end)
+        if server.recorder is not None:
+            server.recorder.plugged(self.end)
 
     def connect(self, name: str, send: SendFrame) -> BusPeer:
         """A further client."""
@@ -174,8 +174,6 @@ class _Node:
             if client is not self:
                 client.send(identifier, data)
         self._bus.end.receive_frame(identifier, data, bit_rate)
-        if self._bus.record is not None:
-            self._bus.record(identifier, data, bit_rate)
         server.look_ahead()
 
     def disconnect(self) -> None:
