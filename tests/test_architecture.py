@@ -67,6 +67,19 @@ def test_paths_of_users_are_resolved_in_one_place():
         assert "realpath(" not in path.read_text() or path.name == "files.py", path.relative_to(ROOT)
 
 
+def test_no_group_of_a_pattern_is_repeated_possessively():
+    """Python before 3.11.5, that of Debian 12 among them, ends such a repetition at the wrong place."""
+    for path in SOURCE.rglob("*.py"):
+        found = [
+            node.value
+            for node in ast.walk(ast.parse(path.read_text()))
+            if isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and any(sign in node.value for sign in (")*+", ")++", ")?+", "(?>"))
+        ]
+        assert not found, f"{path.relative_to(ROOT)}: {found}"
+
+
 def test_every_module_says_what_it_is():
     for path in SOURCE.rglob("*.py"):
         docstring = ast.get_docstring(ast.parse(path.read_text()))

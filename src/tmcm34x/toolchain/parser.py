@@ -35,7 +35,7 @@ from tmcm34x.toolchain.tokens import BLANKS, Token, first_token, make, tokenize
 _BLANKS: Final = rf"[{BLANKS}]*+"
 _NAME: Final = r"[A-Za-z_]\w*+"
 _LABEL: Final = re.compile(rf"({_NAME}){_BLANKS}:", re.ASCII)
-_HEAD: Final = re.compile(rf"{_BLANKS}((?:{_NAME}{_BLANKS}:{_BLANKS})*+)({_NAME})?{_BLANKS}(=)?", re.ASCII)
+_HEAD: Final = re.compile(rf"{_BLANKS}((?:{_NAME}{_BLANKS}:{_BLANKS})*)({_NAME})?{_BLANKS}(=)?", re.ASCII)
 _NEXT_WORD: Final = re.compile(rf"{_BLANKS}({_NAME})", re.ASCII)
 _DIRECTIVES: Final = "there are #include, #if, #else, #endif and #assert"
 DIRECTIVES: Final = frozenset({"if", "else", "endif", "assert"})
