@@ -11,6 +11,7 @@ from tmcm34x import clock
 from tmcm34x.ide import calls, hub, wire
 from tmcm34x.ide.motions import BEGIN
 from tmcm34x.tmcl.datagram import Instruction
+from tmcm34x.toolchain.assembler import assemble
 
 PROGRAM = """\
         ROR 0, 500
@@ -172,6 +173,17 @@ def test_an_uploaded_text_is_known_as_the_module_s_program(tmp_path):
         known = (await page.event(wire.Loaded)).listing
         assert (known.path, known.identity) == ("up.tmc", listing["identity"])
         assert not await page.call(wire.Adopt("up.tmc", {"up.tmc": text + "ROR 0, 1\n"}))
+
+    _go(tmp_path, scenario)
+
+
+def test_an_uploaded_program_that_ends_in_a_jump_is_known_without_the_stop_that_the_assembler_puts(tmp_path):
+    async def scenario(ide, page):
+        ide.virtual.module.eeprom.write_program(assemble("Loop: CALC ADD, 1\nJA Loop\n").program)
+        text = await page.call(wire.Upload())
+        assert await page.call(wire.Adopt("up.tmc", {"up.tmc": text}))
+        known = await page.event(wire.Loaded, lambda event: event.listing and event.listing.path == "up.tmc")
+        assert [line.text for line in known.listing.lines] == ["CALC ADD, 1", "JA 0"]
 
     _go(tmp_path, scenario)
 

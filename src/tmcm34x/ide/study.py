@@ -13,6 +13,8 @@ from difflib import SequenceMatcher
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Final, Literal
 
+from msgspec.structs import replace
+
 from tmcm34x.firmware.program import Counts
 from tmcm34x.ide import wire
 from tmcm34x.ide.chosen import text_of
@@ -47,11 +49,16 @@ async def _upload(hub: Hub, page: Window, call: wire.Upload) -> str:
 
 
 async def _adopt(hub: Hub, page: Window, call: wire.Adopt) -> bool:
-    answer, assembly = await hub.build(call.path, call.texts, call.options)
-    if hub.loading.busy or answer.listing is None or not await hub.loading.holds(assembly.program):
-        return False
-    await hub.adopt(answer.listing, assembly)
-    return True
+    """With the STOP that the assembler puts at the end, or without: other hosts' programs may end in a jump."""
+    choices = {call.options.append_stop: call.options, False: replace(call.options, append_stop=False)}
+    for options in choices.values():
+        answer, assembly = await hub.build(call.path, call.texts, options)
+        if hub.loading.busy or answer.listing is None:
+            return False
+        if await hub.loading.holds(assembly.program):
+            await hub.adopt(answer.listing, assembly)
+            return True
+    return False
 
 
 # Motion

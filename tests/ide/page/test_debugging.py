@@ -93,7 +93,8 @@ def test_values_are_shown_while_virtual_time_runs_slowly(page: Page, ide: Ide):
 
 
 def test_the_editor_follows_the_running_line_when_asked(page: Page, ide: Ide):
-    put(page, ide, "// top\nJA Far\n" + "// between\n" * 300 + "Far: WAIT TICKS, 0, 1\nJA Far\n")
+    waits = "WAIT TICKS, 0, 20\n" * 2
+    put(page, ide, "Near: JA Far\n" + "// between\n" * 300 + f"Far: {waits}JA Far\n")
     page.keyboard.press("F9")
     expect(page.locator(".status-bar .pill").first).to_have_text("running")
     expect(page.locator(".cm-line.execution")).to_have_count(0)
@@ -251,9 +252,11 @@ def test_another_host_s_program_is_known_marked_and_takes_breakpoints(open_ide: 
         page.locator(".code:not([hidden]) .breakpoints .cm-gutterElement").nth(4).click()
         expect(page.locator(HELD)).to_contain_text("JA Loop")
         Program(other).stop()
-        Program(other).download(assemble("ROR 1, 7\nSTOP\n").program)
+        Program(other).download(assemble("ROR 1, 7\nLoop: JA Loop\n").program)
         page.get_by_role("button", name="Upload it").click()
         expect(shown(page, "uploaded.tmc")).to_contain_text("ROR 1, 7")
+        Program(other).restart()
+        expect(shown(page, "uploaded.tmc").locator(".cm-line.execution")).to_contain_text("JA")
 
 
 def test_a_breakpoint_holds_the_program_of_a_real_module(serve: Any, open_ide: OpenIde):

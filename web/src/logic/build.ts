@@ -2,7 +2,7 @@
 import { effect, signal } from "@preact/signals";
 import { languageServer } from "../editor/server";
 import type { Assembled, Call } from "../wire";
-import { ask, connection, loaded, notify, onServerEvent, online } from "./app";
+import { ask, connection, forget, loaded, notify, onServerEvent, online } from "./app";
 import { choose } from "./confirm";
 import { RefusedError } from "./connection";
 import { options } from "./options";
@@ -24,12 +24,13 @@ function keep(path: string, result: Assembled, show: boolean): void {
         );
     }
     problems.value = map;
+    if (result.listing) forget("assembly");
     if (show && !result.listing) {
         const first = result.problems.find(problem => problem.severity === "error");
         if (first) {
             const { path: where, line, column } = first.place;
             void openFile(where, line, column);
-            notify("error", `${where}:${line}: ${first.text}`);
+            notify("error", `${where}:${line}: ${first.text}`, undefined, "assembly");
         }
     }
 }
@@ -106,8 +107,8 @@ export async function upload(): Promise<void> {
     busy.value = "";
     if (text === null) return;
     if (text.trim()) {
-        newFile(text, "uploaded");
-        await adopt(active.value);
+        const { path } = await newFile(text, "uploaded");
+        await adopt(path);
     } else notify("information", "The module's program memory is empty.");
 }
 

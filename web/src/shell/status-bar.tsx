@@ -35,7 +35,7 @@ export function StatusBar() {
             {(flags & PROGRAM_FLAGS.eto) !== 0 && <span class="pill warn">ETO</span>}
             {welcome.value && changedSinceDownload() && (
                 <span class="pill warn" title="Run downloads the new text">
-                    module holds an older text
+                    module holds another text
                 </span>
             )}
             {busy.value && <span class="pill">{busy.value}…</span>}

@@ -136,8 +136,14 @@ export function drawing(
             const wide = ctx.measureText(mark.text).width;
             const left = x + 4 + wide > bbox.left + bbox.width ? x - 4 - wide : x + 4;
             if (left < free) continue;
+            const middle = bbox.top + bbox.height - 7 * devicePixelRatio;
+            const { fillStyle } = ctx;
+            ctx.globalAlpha = 0.8;
+            ctx.fillStyle = ground!;
+            ctx.fillRect(left - 1, middle - 6 * devicePixelRatio, wide + 2, 12 * devicePixelRatio);
             ctx.globalAlpha = 0.9;
-            ctx.fillText(mark.text, left, bbox.top + bbox.height - 7 * devicePixelRatio);
+            ctx.fillStyle = fillStyle;
+            ctx.fillText(mark.text, left, middle);
             free = left + wide + 6;
         }
         ctx.globalAlpha = 1;
