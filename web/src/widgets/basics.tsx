@@ -218,6 +218,12 @@ export function Modal(props: { label: string; class: string; onClose: () => void
         shown.showModal();
         return () => shown.close();
     }, []);
+    // The browser closes it at once and says so later: who opens it again meanwhile would have it closed.
+    const leave = (event: KeyboardEvent) => {
+        if (event.key !== "Escape") return;
+        event.preventDefault();
+        props.onClose();
+    };
     return (
         <dialog
             ref={dialog}
@@ -225,6 +231,7 @@ export function Modal(props: { label: string; class: string; onClose: () => void
             aria-label={props.label}
             // A dialog that is gone from the page says so later: another one may be open by then.
             onClose={event => event.currentTarget.isConnected && props.onClose()}
+            onKeyDown={leave}
             onPointerDown={event => event.target === event.currentTarget && props.onClose()}
         >
             {props.children}
