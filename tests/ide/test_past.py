@@ -394,6 +394,20 @@ def test_who_wrote_shows_the_moment_before_the_write_of_a_host():
     assert bench.session.view.read("gp", (9,)) == 0
 
 
+def test_a_step_back_leads_to_the_last_command_before_the_supply_was_switched():
+    bench = started()
+    cut = bench.rig.now
+    for on in (False, True):
+        bench.virtual.set_bench(wire.SetBench("power", 0, on))
+        bench.wait(0.2)
+    bench.do(lambda: bench.session.step_back(over=False))
+    assert cut - HZ // 10 < bench.past.playback.rig.now < cut
+    shown = bench.session.program.executed
+    assert shown > 0
+    bench.do(lambda: bench.session.step_back(over=False))
+    assert bench.session.program.executed == shown - 1
+
+
 def test_a_search_that_is_given_up_ends_at_once_and_another_one_finds():
     bench = held_after_turns(2)
     with pytest.raises(UnfinishedError) as unfinished:

@@ -147,11 +147,23 @@ def last_moment(here: Here, wanted: Callable[[Moment], bool]) -> Moment | None:
 
 def previous_command(here: Here, *, over: bool) -> Moment | None:
     """The moment before the last command; `over`: of those in the present routine or further out."""
+    powered = _powered(here)
 
     def wanted(moment: Moment) -> bool:
-        return moment.executed < here.executed and (not over or moment.depth <= here.depth)
+        done = moment.executed < here.executed or moment.when <= powered
+        return done and (not over or moment.depth <= here.depth)
 
     return last_moment(here, wanted)
+
+
+def _powered(here: Here) -> int:
+    """The clock at which the supply was switched last: commands are counted from there; -1 where it never was."""
+    switched = (
+        item.clock
+        for item in here.branch.inputs.others
+        if (item.kind, item.number, item.values[:1]) == ("action", here.module, ("power",))
+    )
+    return max((clock for clock in switched if clock <= here.clock), default=-1)
 
 
 # Breakpoints
