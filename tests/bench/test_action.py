@@ -36,7 +36,10 @@ def test_a_line_that_was_held_goes_back_to_its_switches():
         (Action("switch", 0, (3, "left", True)), "switch: motor is motor 0..2, not 3"),
         (Action("switch", 0, (True, "left", True)), "switch: motor is motor 0..2, not True"),
         (Action("switch", 0, (0, "top", True)), "switch: side is left or right, not 'top'"),
-        (Action("level", 0, (0, 1024)), "level: level is 0..1023 or null, not 1024"),
+        (
+            Action("level", 0, (0, 1024)),
+            "level: level is 0..1023, or null (on the command line: auto), not 1024",
+        ),
         (Action("fault", 0, (0, "smoke", True)), "fault: fault is one of"),
         (Action("push", 0, (0, "hard")), "push: torque_nm is torque in newton metres, not 'hard'"),
     ],

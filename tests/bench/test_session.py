@@ -103,10 +103,10 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
         ),
         ("> 01 06 04 00 00 00 00 00 00\n< 100", 3, "status 100", "status 1 "),
         ("> id 1: 06 04 00 00 00 00 00\n< 100", 2, "a CAN bus", "a serial line"),
-        ("? outputs 00000001", 2, "what the line says", "00000000"),
-        ("? motor 0 current 255", 2, "what the line says", ""),
-        ("? motor 0 load at 7", 2, "what the line says", "at 0.000"),
-        ("> ROR 0, 5\n< 100\n+ 1 s\n? motor 0 resting", 5, "what the line says", "turning"),
+        ("? outputs 00000001", 2, "outputs 00000001", "00000000"),
+        ("? motor 0 current 255", 2, "motor 0 current 255", ""),
+        ("? motor 0 load at 7 [343]", 2, "motor 0 load at 7", "at 0.000"),
+        ("> ROR 0, 5\n< 100\n+ 1 s\n? motor 0 resting", 5, "motor 0 resting", "turning"),
     ],
 )
 def test_a_module_that_does_otherwise_is_found_out(text, line, expected, got):
@@ -165,7 +165,7 @@ def test_within_measures_at_the_events_of_the_bench():
 def test_within_fails_when_the_time_is_over():
     with pytest.raises(SessionFailedError) as caught:
         played(MOVE + "within 100 ms: GAP 8, 0 is 100 1")
-    assert caught.value.unmet.expected == "it to hold within 0.1 s"
+    assert caught.value.unmet.expected == "GAP 8, 0 is 100 1 within 0.1 s"
     assert caught.value.unmet.got == "100 0"
     assert caught.value.at_s == 0.1
 

@@ -103,7 +103,7 @@ ACTIONS: Final[Mapping[str, ActionRow]] = {
         "hold an input at a level, or give it back to its source",
         (
             Operand("input", f"input 0..7, or {SHUTDOWN} for SHUTDOWN", _whole(0, SHUTDOWN)),
-            Operand("level", f"0..{ANALOG_MAX} or null", _level),
+            Operand("level", f"0..{ANALOG_MAX}, or null (on the command line: auto)", _level),
         ),
         World.set_level,
     ),

@@ -90,6 +90,6 @@ def anonymous(records: list[Record]) -> list[Record]:
     start = records[0].time_ns if records else 0
     found: list[Record] = []
     for record in records:
-        name = names.setdefault(record.line, f"line {len(names) + 1}")
+        name = names.setdefault(record.line, str(len(names) + 1))
         found.append(record._replace(line=name, time_ns=record.time_ns - start))
     return found

@@ -181,6 +181,7 @@ class Check(NamedTuple):
     """`? outputs 00000001`: a measurement."""
 
     condition: Condition
+    text: str
 
     asks = False
     needs_bench = True
@@ -189,7 +190,7 @@ class Check(NamedTuple):
         """Measure and compare."""
         seen = self.condition.look(player)
         if not seen.holds:
-            raise Unmet("what the line says", seen.what)
+            raise Unmet(self.text, seen.what)
 
 
 class Address(NamedTuple):
@@ -212,6 +213,7 @@ class Within(NamedTuple):
 
     clocks: int
     condition: Condition
+    text: str
 
     asks = True
 
@@ -225,7 +227,7 @@ class Within(NamedTuple):
         until = player.now + self.clocks
         while not (seen := self.condition.look(player)).holds:
             if player.now >= until:
-                raise Unmet(f"it to hold within {seconds(self.clocks):g} s", seen.what)
+                raise Unmet(f"{self.text} within {seconds(self.clocks):g} s", seen.what)
             player.pass_time(player.next_look(until) - player.now)
 
 

@@ -142,7 +142,7 @@ def _read_keyword(line: str) -> actions.Within | actions.Promise:
     within, time, other = match.groups()
     if within:
         clocks = _read_time(time, match.start(2))
-        return actions.Within(clocks, read_condition(line, match.end()))
+        return actions.Within(clocks, read_condition(line, match.end()), line[match.end() :].strip())
     return actions.Promise(read_condition(line, match.end()), other == "always")
 
 
@@ -257,7 +257,7 @@ def _read_event(text: str) -> Action:
 
 
 def _read_check(text: str) -> Action:
-    return actions.Check(Measured(*read_phrase(text, MEASUREMENTS)))
+    return actions.Check(Measured(*read_phrase(text, MEASUREMENTS)), text.strip())
 
 
 def _read_address(text: str) -> Action:
