@@ -42,6 +42,10 @@ def played(text, model=343, wire=MemorySerial):
         ("? outputs 0000", 11, "expected eight bits"),
         ("? motor 0 load at 1..x", 19, "expected a number or a range a..b"),
         ("@ here", 3, "expected an address"),
+        ("< 256", 3, "a status is 0..255, not 256"),
+        ("< 100 10..5", 3, "a range goes from the lower number to the higher: 5..10"),
+        ("< 100 1 of 500", 3, "the number of a command is 0..255"),
+        ("? motor 0 at 10..5", 14, "expected an integer or a range a..b, got 10..5"),
         ("# models: 351", 11, "models are 341, 342 and 343"),
         ("# models:", 10, "models are 341, 342 and 343"),
         ("# links: usb", 10, "links are serial, can"),
@@ -52,6 +56,8 @@ def played(text, model=343, wire=MemorySerial):
         ("always: MVP ABS, 0, 5 is 100", 9, "expected a command that only reads"),
         ("never: GAP 1, 0 is moving", 20, "expected a status"),
         ("never: GPA 1, 0 is 100", 8, "did you mean GAP?"),
+        ("never: GAP 1, 0", 8, "expected `is` and the reply after the command"),
+        ("never: GAP 1, 0 is 100 3..2", 20, "a range goes from the lower number to the higher"),
     ],
 )
 def test_a_line_that_cannot_be_read_is_named_with_its_column(line, column, problem):

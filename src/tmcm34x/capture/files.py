@@ -126,7 +126,7 @@ class Recorder:
         if self._anonymous:
             if record.kind == "text":
                 return
-            number = self._names.setdefault(record.line, f"line {len(self._names) + 1}")
+            number = self._names.setdefault(record.line, str(len(self._names) + 1))
             record = record._replace(line=number)
         try:
             self._file.write(self._add(record))

@@ -82,14 +82,3 @@ def from_sink(time_ns: int, name: str, direction: Direction, data: bytes, kind: 
     if kind == "frame" and (match := _NAME.match(name)):
         return Record(time_ns, match.group(1), direction, kind, data, int(match.group(2), 16))
     return Record(time_ns, name, direction, kind, data)
-
-
-def anonymous(records: list[Record]) -> list[Record]:
-    """The same with lines named by number, and times from 0."""
-    names: dict[str, str] = {}
-    start = records[0].time_ns if records else 0
-    found: list[Record] = []
-    for record in records:
-        name = names.setdefault(record.line, str(len(names) + 1))
-        found.append(record._replace(line=name, time_ns=record.time_ns - start))
-    return found

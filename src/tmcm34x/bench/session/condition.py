@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
-from tmcm34x.bench.session.phrase import NUMBER, LineError, read_number, read_phrase
+from tmcm34x.bench.session.phrase import NUMBER, LineError, check_span, read_byte, read_number, read_phrase
 from tmcm34x.bench.session.world import MEASUREMENTS, Look, Seen
 from tmcm34x.tmcl.commands import BY_MNEMONIC, RFS_TYPES
 from tmcm34x.tmcl.datagram import Instruction
@@ -76,6 +76,10 @@ def read_condition(text: str, start: int = 0) -> Condition:
     """The condition in `text` from character `start` on.  Raises `LineError`."""
     match = _IS.match(text, start)
     if match is None:
+        if text[start:].split(maxsplit=1)[:1] and text[start:].split(maxsplit=1)[0].upper() in BY_MNEMONIC:
+            raise LineError(
+                "expected `is` and the reply after the command, such as `GAP 8, 0 is 100 1`", start
+            )
         return Measured(*read_phrase(text, MEASUREMENTS, start))
     instruction = read_instruction(match.group(1), start)
     if not _reads(instruction):
@@ -85,7 +89,9 @@ def read_condition(text: str, start: int = 0) -> Condition:
         raise LineError("expected a status with a value or a range a..b", match.start(2))
     number, low, high = status.groups()
     lowest = None if low is None else read_number(low)
-    return Answered(instruction, int(number), lowest, read_number(high or low or "0"))
+    highest = read_number(high or low or "0")
+    check_span(lowest, highest, match.start(2))
+    return Answered(instruction, read_byte(number, "a status", match.start(2)), lowest, highest)
 
 
 def _reads(instruction: Instruction) -> bool:

@@ -13,7 +13,7 @@ from tmcm34x.bench.session import actions
 from tmcm34x.bench.session.actions import Action
 from tmcm34x.bench.session.condition import Measured, read_condition, read_instruction
 from tmcm34x.bench.session.errors import SessionSyntaxError
-from tmcm34x.bench.session.phrase import NUMBER, LineError, read_number, read_phrase
+from tmcm34x.bench.session.phrase import NUMBER, LineError, check_span, read_byte, read_number, read_phrase
 from tmcm34x.bench.session.player import CAN, SERIAL, Step
 from tmcm34x.bench.session.world import EVENTS, MEASUREMENTS
 from tmcm34x.clock import HZ, MS
@@ -232,7 +232,9 @@ def _read_expect(text: str) -> Action:
     status, low, high, command = match.groups()
     lowest = None if low is None else read_number(low)
     highest = read_number(high or low or "0")
-    return actions.ExpectedReply(int(status), lowest, highest, None if command is None else int(command))
+    check_span(lowest, highest)
+    answered = None if command is None else read_byte(command, "the number of a command")
+    return actions.ExpectedReply(read_byte(status, "a status"), lowest, highest, answered)
 
 
 def _read_time(text: str, start: int = 0) -> int:

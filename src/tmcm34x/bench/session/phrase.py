@@ -50,13 +50,28 @@ def read_number(text: str) -> int:
     return int(text[1:], 16) if text.startswith("$") else int(text)
 
 
+def read_byte(text: str, what: str, column: int = 0) -> int:
+    """The number of `what`, 0..255, at a column of its line.  Raises `LineError`."""
+    value = read_number(text)
+    if not 0 <= value <= 0xFF:
+        raise LineError(f"{what} is 0..255, not {text}", column)
+    return value
+
+
+def check_span(low: float | None, high: float, column: int = 0) -> None:
+    """Raises `LineError` for a range without a number in it."""
+    if low is not None and low > high:
+        raise LineError(f"a range goes from the lower number to the higher: {high}..{low}", column)
+
+
 def read_span(text: str) -> tuple[int, int]:
     """`5` or `5..8` as the lowest and the highest number."""
     match = _SPAN.match(text)
     if match is None:
         raise ValueError(text)
-    low, high = match.groups()
-    return read_number(low), read_number(high or low)
+    low, high = read_number(match[1]), read_number(match[2] or match[1])
+    check_span(low, high)
+    return low, high
 
 
 def _read_float(text: str) -> float:
@@ -67,8 +82,11 @@ def _read_float(text: str) -> float:
 
 
 def _read_float_span(text: str) -> tuple[float, float]:
-    low, separator, high = text.partition("..")
-    return _read_float(low), _read_float(high if separator else low)
+    low_text, separator, high_text = text.partition("..")
+    low = _read_float(low_text)
+    high = _read_float(high_text) if separator else low
+    check_span(low, high)
+    return low, high
 
 
 def _read_bits(text: str) -> str:
