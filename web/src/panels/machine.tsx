@@ -68,9 +68,7 @@ export function Machine(): JSX.Element {
                 </section>
             )}
             {axes.map((axis, motor) => !pair?.includes(motor) && <AxisDrawing key={motor} motor={motor} axis={axis} />)}
-            <p class="muted note only-with-contacts">
-                A click on a switch holds it closed; another click releases it.
-            </p>
+            <p class="muted note only-with-contacts">A click on a switch holds it closed; another click releases it.</p>
         </div>
     );
 }
