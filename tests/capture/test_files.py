@@ -153,8 +153,17 @@ def test_a_pcapng_file_that_is_damaged_is_refused():
     data[32] = 3
     with pytest.raises(RecordingError, match="begins no block"):
         pcapng.read(bytes(data))
+    section = pcapng.write([])
+    with pytest.raises(RecordingError, match="description of an interface is too short"):
+        pcapng.read(section + struct.pack("<III", 1, 12, 12))
     with pytest.raises(RecordingError, match="not a pcapng file"):
         pcapng.read(b"\0\0\0\0")
+
+
+def test_a_record_at_a_time_that_no_clock_reaches_is_refused():
+    early, late = (SERIAL[0]._replace(time_ns=time_ns) for time_ns in (0, 1 << 72))
+    with pytest.raises(RecordingError, match="9,000 years after the first"):
+        check([early, late], simple_rig(343))
 
 
 def test_candump_gives_back_what_was_recorded():

@@ -38,6 +38,7 @@ USES = {
         ("play", "--model", "343", "--link", "serial", "FILE"),
         ("check", "FILE"),
     ),
+    "recording.pcapng": (("show", "FILE"), ("check", "FILE")),
     "bench.state": (("run", "good/program.tmc", *SHORT, "--from-state", "FILE"),),
     "module.toml": (
         ("compare", "FILE", "FILE"),
@@ -78,6 +79,7 @@ def good(tmp_path, monkeypatch, capsys):
         ("run", "good/program.tmc", *SHORT, "--save-state", "good/bench.state"),
         ("backup", "--port", "virtual:343", "good/module.toml"),
         ("settings", "dump", "--port", "virtual:343", "good/settings.toml"),
+        ("show", "good/reads.session", "--to", "good/recording.pcapng"),
     ):
         assert run(list(words)) == 0
     capsys.readouterr()

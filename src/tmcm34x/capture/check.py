@@ -15,8 +15,8 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from tmcm34x.capture.fidelity import Entry, touched
-from tmcm34x.capture.record import NS, Record, kind_of, origin_ns
-from tmcm34x.clock import HZ, run_until
+from tmcm34x.capture.record import NS, Record, RecordingError, kind_of, origin_ns
+from tmcm34x.clock import HZ, NEVER, run_until
 from tmcm34x.firmware.ports.can import CanPort
 from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.tmcl import axis_parameters, global_parameters
@@ -90,7 +90,10 @@ class RecordedLine:
 
 
 def check(records: Sequence[Record], rig: Rig) -> list[Difference]:
-    """Play the requests of a recording against `rig`; returns all differences, in the order of time."""
+    """Play the requests of a recording against `rig`; returns all differences, in the order of time.
+
+    Raises `RecordingError` for a time that no clock reaches.
+    """
     player = _Player(records, rig)
     player.play()
     found = [difference for line in player.lines.values() for difference in _compare(line)]
@@ -111,6 +114,8 @@ class _Player:
         """Send all requests at their times."""
         for record in self._records:
             clock = round((record.time_ns - self._origin_ns) * HZ / NS)
+            if clock >= NEVER - TAIL:
+                raise RecordingError("a record comes more than 9,000 years after the first one")
             run_until(self._rig, max(clock, self._rig.now))
             line = self._line(record)
             if record.direction == ">":

@@ -146,6 +146,8 @@ class _Reader:
             place += size
 
     def _read_interface(self, body: bytes) -> _Interface:
+        if len(body) < 8:
+            raise RecordingError("the description of an interface is too short")
         link_type: int = struct.unpack_from(self._order + "H", body)[0]
         name, resolution, place = f"interface {len(self._interfaces)}", _MICROSECONDS, 8
         while place + 4 <= len(body):

@@ -52,9 +52,13 @@ def command(
     """  # fmt: skip
     from tmcm34x.capture.check import check
     from tmcm34x.capture.latency import count
+    from tmcm34x.capture.record import RecordingError
 
     records = read_recording(file)
-    differences = check(records, _make_rig(model, bench, eeprom))
+    try:
+        differences = check(records, _make_rig(model, bench, eeprom))
+    except RecordingError as error:
+        raise CliError(f"{file}: {error}") from None
     counted = [difference for difference in differences if strict or not difference.timing]
     for difference in counted if show_all else counted[:_SHOWN]:
         _print(difference)

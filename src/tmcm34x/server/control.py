@@ -24,6 +24,7 @@ from tmcm34x.bench.snapshot import SnapshotError
 from tmcm34x.links import LinkError
 from tmcm34x.links.faults import FaultError, parse
 from tmcm34x.links.faulty import Faults
+from tmcm34x.links.tcp import keep_alive
 from tmcm34x.server.pace import MOST_SPEED
 
 if TYPE_CHECKING:
@@ -109,6 +110,8 @@ class Control:
         task = asyncio.current_task()
         assert task is not None
         self._clients.add(task)
+        if self._path is None:
+            keep_alive(writer.get_extra_info("socket"))
         try:
             await self._converse(reader, writer)
         except (OSError, TimeoutError, asyncio.CancelledError):
