@@ -155,6 +155,7 @@ def test_input_lines_that_change_in_power_down_act_when_it_ends():
     place = chip.position(0)
     chip.transfer(BY_NAME["POWER_DOWN"].write(0))
     assert chip.reaches(0, place + 10) == NEVER
+    assert chip.stays_within(0, place, place + 10) == chip.now
     chip.set_reference_inputs(RIGHT)
     chip.advance(chip.now + HZ)
     assert chip.position(0) == place

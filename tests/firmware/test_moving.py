@@ -158,10 +158,16 @@ def test_a_loop_that_waits_for_a_position_is_not_executed(body: str) -> None:
         "CALC MUL, 2\nAGP 3, 2\nCOMP 7000000\nJC LT, Loop\nSTOP",
         "JC GE, Loop\nCOMP 7000000\nJA Loop",
         "CALCX SUB\nCOMP 7000000\nJC LT, Loop\nSTOP",
+        "CALC ADD, 2000000000\nJA Loop",
     ],
 )
 def test_a_loop_whose_rounds_differ_otherwise_is_executed(body: str) -> None:
     assert events(following(body), HZ // 10) > 100
+
+
+def test_a_loop_that_is_too_long_is_executed() -> None:
+    rounds = [events(following("CALC ADD, 0\n" * length + "JA Loop"), HZ // 10) for length in (60, 70)]
+    assert rounds[0] < rounds[1] // 2
 
 
 @pytest.mark.parametrize("low", range(990, 1010, 5))
