@@ -17,8 +17,8 @@ from pathlib import Path
 
 from tmcm34x import sweep
 from tmcm34x.sweep import plan, runner
-from tmcm34x.sweep.single import Result, result_of
-from tmcm34x.sweep.table import Table
+from tmcm34x.sweep.single import RowResult, result_of
+from tmcm34x.sweep.table import ResultTable
 
 ROWS = 10_000
 TURNS = 2
@@ -38,7 +38,7 @@ lost = "lost[0]"
 """
 
 
-def seconds(results: Iterable[tuple[int, Result]], table: Table | None = None) -> float:
+def seconds(results: Iterable[tuple[int, RowResult]], table: ResultTable | None = None) -> float:
     """From the first result to the last."""
     start = None
     for number, result in results:
@@ -60,7 +60,7 @@ def main() -> int:
         assert len(rows) == ROWS
 
         def shared(processes: int) -> float:
-            table = Table(here / "out.csv", job.sweep, rows, {})
+            table = ResultTable(here / "out.csv", job.sweep, rows, {})
             with closing(runner.results(job, rows, range(ROWS), processes)) as results:
                 taken = seconds(results, table)
             table.close()

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tmcm34x.chips.tmc246 import AT_REST, FAULTS, PARTS, Condition, Flag, Tmc246, load_reading
+from tmcm34x.chips.tmc246 import AT_REST, FAULTS, PARTS, Flag, MotorCondition, Tmc246, load_reading
 
 FULL = 0b0_1111_0_0_1111_0
 ONLY_A = 0b0_1111_0_0_0000_0
@@ -30,26 +30,26 @@ def test_current_codes_are_bits_10_to_7_and_4_to_1():
 
 @pytest.mark.parametrize("part", PARTS)
 def test_only_parts_with_load_measurement_answer_a_load_value(part):
-    status = driver(part, Condition(1.0, 0.0)).transfer(FULL)
+    status = driver(part, MotorCondition(1.0, 0.0)).transfer(FULL)
     assert status >> 9 == (7 if PARTS[part].load_measurement else 0)
 
 
 def test_the_load_value_falls_with_load_and_rises_with_speed():
-    by_load = [load_reading(Condition(1.0, load / 10)) for load in range(11)]
+    by_load = [load_reading(MotorCondition(1.0, load / 10)) for load in range(11)]
     assert by_load == sorted(by_load, reverse=True)
     assert (by_load[0], by_load[-1]) == (7, 0)
-    by_speed = [load_reading(Condition(speed / 10, 0.0)) for speed in range(15)]
+    by_speed = [load_reading(MotorCondition(speed / 10, 0.0)) for speed in range(15)]
     assert by_speed == sorted(by_speed)
     assert (by_speed[0], by_speed[-1]) == (0, 7)
 
 
 def test_mixed_decay_lowers_the_load_value():
-    chip = driver(condition=Condition(1.0, 0.0))
+    chip = driver(condition=MotorCondition(1.0, 0.0))
     assert chip.transfer(FULL | 1 << 11) >> 9 == 5
 
 
 def test_the_load_value_of_a_motor_at_rest_is_the_last_one():
-    chip = driver(condition=Condition(1.0, 0.0))
+    chip = driver(condition=MotorCondition(1.0, 0.0))
     chip.condition = lambda: AT_REST
     assert chip.transfer(FULL) >> 9 == 7
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tmcm34x.sweep.table import Table
+from tmcm34x.sweep.table import ResultTable
 
 PROGRAM = "Way = 100\nDouble = Way * 2\n MVP ABS, 0, Double\n WAIT POS, 0, 0\n STOP\n"
 SWEEP = """
@@ -231,7 +231,7 @@ def test_without_figures_there_is_no_picture(sweep):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
 def test_an_interrupt_keeps_what_is_done_and_resume_completes_it(sweep, monkeypatch, number):
     """The signal comes with the second row."""
-    write = Table.write
+    write = ResultTable.write
     written = []
 
     def interrupting(table, row, result):
@@ -240,7 +240,7 @@ def test_an_interrupt_keeps_what_is_done_and_resume_completes_it(sweep, monkeypa
         if len(written) == 2:
             os.kill(os.getpid(), number)
 
-    monkeypatch.setattr(Table, "write", interrupting)
+    monkeypatch.setattr(ResultTable, "write", interrupting)
     status, rows, errors = sweep(SWEEP, "--processes", "1")
     assert (status, errors) == (130, "")
     assert [int(row["row"]) for row in rows] == sorted(written)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tmcm34x.board.models import MODELS
-from tmcm34x.firmware.changes import ENTRY_SIZE, Cell, Change
+from tmcm34x.firmware.changes import ENTRY_SIZE, Cell, EepromWrite
 from tmcm34x.firmware.storage import FORMAT, Eeprom, EepromError, begin_journal, without_unfinished
 from tmcm34x.tmcl.axis_parameters import axis_rows
 from tmcm34x.tmcl.datagram import Instruction
@@ -103,7 +103,7 @@ def test_a_listener_gets_what_was_written():
     eeprom.listeners.append(changes.append)
     eeprom.set_variable(3, 4)
     eeprom.set_driver_chain(bytes(64))
-    assert changes[0] == (Change(Cell.USER_VARIABLE, 0, 3, 4),)
+    assert changes[0] == (EepromWrite(Cell.USER_VARIABLE, 0, 3, 4),)
     assert len(changes[1]) == 8
 
 

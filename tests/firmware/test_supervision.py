@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware.hosts import Host, switched_on
-from tmcm34x.chips.tmc246 import Condition, Tmc246
+from tmcm34x.chips.tmc246 import MotorCondition, Tmc246
 from tmcm34x.chips.tmc423 import Tmc423
 from tmcm34x.clock import MS, NEVER, run_until
 from tmcm34x.firmware import drivers, motion
@@ -212,7 +212,7 @@ class Motor:
     def __init__(self, module, motor):
         self.load = 0.0
         self.driver = Tmc246()
-        self.driver.condition = lambda: Condition(1.0, self.load)
+        self.driver.condition = lambda: MotorCondition(1.0, self.load)
         module.board.attach_driver(motor, self.driver)
 
 

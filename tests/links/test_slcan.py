@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tmcm34x.links import EXTENDED
-from tmcm34x.links.posix.slcan import BIT_RATES, Adapter
+from tmcm34x.links.posix.slcan import BIT_RATES, SlcanAdapter
 
 
 class Bus:
@@ -34,7 +34,7 @@ class Host:
         self.bus = Bus()
         self.heard = bytearray()
         self.now_ms = 0
-        self.adapter = Adapter(self.bus.connect, self.heard.extend, lambda: self.now_ms)
+        self.adapter = SlcanAdapter(self.bus.connect, self.heard.extend, lambda: self.now_ms)
 
     def ask(self, text):
         self.adapter.receive(text.encode("latin-1"))

@@ -2,8 +2,8 @@
 
 from concurrent.futures import Future
 
-from tmcm34x.sweep.single import Result
-from tmcm34x.sweep.work import Work
+from tmcm34x.sweep.single import RowResult
+from tmcm34x.sweep.work import RowQueue
 
 
 class Workers:
@@ -15,8 +15,8 @@ class Workers:
 
     def submit(self, rows):
         self.sizes.append(len(rows))
-        future: Future[list[Result]] = Future()
-        future.set_result([Result(figures=row) for row in rows[: self.most]])
+        future: Future[list[RowResult]] = Future()
+        future.set_result([RowResult(figures=row) for row in rows[: self.most]])
         return future
 
 
@@ -24,7 +24,9 @@ def shared_out(count, crew, most=1 << 20):
     """The sizes of the slices, and the rows in the order of their results."""
     rows = [(number,) for number in range(count)]
     workers = Workers(most)
-    results = dict(Work(rows, range(count), crew).results(workers.submit, RuntimeError, one_loss_is_all=True))
+    results = dict(
+        RowQueue(rows, range(count), crew).results(workers.submit, RuntimeError, one_loss_is_all=True)
+    )
     assert {number: result.figures for number, result in results.items()} == dict(enumerate(rows))
     return workers.sizes
 

@@ -5,7 +5,7 @@ from math import inf
 import pytest
 
 from tmcm34x.world.load import Carriage, Turntable
-from tmcm34x.world.load_axis import YIELD, Field, Grip, LoadAxis, whole_turn
+from tmcm34x.world.load_axis import YIELD, Grip, LoadAxis, MotorField, whole_turn
 from tmcm34x.world.motor import CYCLE, Motor
 from tmcm34x.world.switch import FAR, Switch, SwitchInput
 
@@ -22,7 +22,7 @@ def axis(load=ENDLESS, motor=MOTOR, **lines):
 
 
 def go(axis, angle, speed=0.0, acceleration=0.0, current_ma=CURRENT):
-    axis.follow(0, Field(angle, speed, acceleration, current_ma))
+    axis.follow(0, MotorField(angle, speed, acceleration, current_ma))
     return axis.rotor
 
 

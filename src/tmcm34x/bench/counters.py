@@ -16,7 +16,7 @@ from tmcm34x.tmcl.status import STATUS_TEXTS
 if TYPE_CHECKING:
     from tmcm34x.bench.rig import Rig
     from tmcm34x.bench.world import World
-    from tmcm34x.firmware.changes import Change
+    from tmcm34x.firmware.changes import EepromWrite
     from tmcm34x.firmware.module import FirmwareModule
 
 WITHOUT_EFFECT: Final = {
@@ -74,11 +74,11 @@ class ModuleCounters:
             self.refused[error.status] += 1
         return False
 
-    def _written(self, changes: Sequence[Change]) -> None:
+    def _written(self, changes: Sequence[EepromWrite]) -> None:
         self.writes.update(map(_cell_name, changes))
 
 
-def _cell_name(change: Change) -> str:
+def _cell_name(change: EepromWrite) -> str:
     """What a write is of: `global_parameter 68`, `axis_parameter 4 of motor 0`."""
     name = change.cell.name.lower()
     if change.cell in _WHOLE:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from math import ceil
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from tmcm34x.chips.tmc246 import Condition, Tmc246
+from tmcm34x.chips.tmc246 import MotorCondition, Tmc246
 from tmcm34x.clock import HZ, NEVER, Value
-from tmcm34x.world.load_axis import Field, LoadAxis
+from tmcm34x.world.load_axis import LoadAxis, MotorField
 from tmcm34x.world.motor import FINENESS
 from tmcm34x.world.switch import FAR
 
@@ -69,14 +69,6 @@ class Fitting:
     step: int = 4
     name: str = ""
     shape: str = "shaft"
-
-
-class Disc(NamedTuple):
-    """An encoder on a shaft: see `world.shaft.Encoder`."""
-
-    lines: int
-    slip: float = 0.0
-    null_level: int | None = 1
 
 
 class Mount:
@@ -167,10 +159,10 @@ class Mount:
             return 0.0
         return self.fitting.max_current_ma * board.currents[self.motor] / 255
 
-    def _condition(self) -> Condition:
+    def _condition(self) -> MotorCondition:
         axis = self.axis
         speed = self.fullsteps_per_s(self.chip.motion(self.smda).rate_hz)
-        return Condition(abs(speed) / axis.motor.load_speed, axis.load_ratio(speed))
+        return MotorCondition(abs(speed) / axis.motor.load_speed, axis.load_ratio(speed))
 
     def fullsteps_per_s(self, rate_hz: float) -> float:
         """Speed of the field at a microstep rate [full steps/s], in the direction of the load."""
@@ -201,7 +193,7 @@ class Mount:
         scale = fitting.sign * size / FINENESS
         axis.follow(
             now,
-            Field(
+            MotorField(
                 self._angle(motion.phase),
                 motion.rate_hz * scale,
                 motion.acceleration_hz_s * scale,

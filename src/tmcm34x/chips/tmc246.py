@@ -76,7 +76,7 @@ PARTS: Final = MappingProxyType(
 """The drivers that share this word."""
 
 
-class Fault(NamedTuple):
+class DriverFault(NamedTuple):
     """One row of `FAULTS`: what can be wrong around a driver.
 
     raises: the flags it sets while current is asked of the bridges it touches
@@ -96,21 +96,23 @@ class Fault(NamedTuple):
 FAULTS: Final = MappingProxyType({
     row.name: row
     for row in (
-        Fault("open_load_a", Flag.OLA, "a", True, False, "coil A is not connected"),
-        Fault("open_load_b", Flag.OLB, "b", True, False, "coil B is not connected"),
-        Fault("short_a", Flag.OCA | Flag.OLA, "a", True, True, "coil A is shorted to the supply"),
-        Fault("short_b", Flag.OCB | Flag.OLB, "b", True, True, "coil B is shorted to the supply"),
-        Fault("short_to_ground", Flag.OCHS | Flag.OLA | Flag.OLB, "ab", True, True, "a coil is shorted to ground"),
-        Fault("under_voltage", Flag.UV | Flag.OLA | Flag.OLB, "", True, False, "the supply is below 5.9 V"),
-        Fault("temperature_warning", Flag.OTPW, "", False, False, "the chip is at 145 degrees Celsius"),
-        Fault("over_temperature", Flag.OT | Flag.OTPW | Flag.OLA | Flag.OLB, "", True, False,
+        DriverFault("open_load_a", Flag.OLA, "a", True, False, "coil A is not connected"),
+        DriverFault("open_load_b", Flag.OLB, "b", True, False, "coil B is not connected"),
+        DriverFault("short_a", Flag.OCA | Flag.OLA, "a", True, True, "coil A is shorted to the supply"),
+        DriverFault("short_b", Flag.OCB | Flag.OLB, "b", True, True, "coil B is shorted to the supply"),
+        DriverFault(
+            "short_to_ground", Flag.OCHS | Flag.OLA | Flag.OLB, "ab", True, True, "a coil is shorted to ground"
+        ),
+        DriverFault("under_voltage", Flag.UV | Flag.OLA | Flag.OLB, "", True, False, "the supply is below 5.9 V"),
+        DriverFault("temperature_warning", Flag.OTPW, "", False, False, "the chip is at 145 degrees Celsius"),
+        DriverFault("over_temperature", Flag.OT | Flag.OTPW | Flag.OLA | Flag.OLB, "", True, False,
               "the chip is above 155 degrees Celsius"),
     )
 })  # fmt: skip
 """The faults a bench can put on a driver."""
 
 
-class Condition(NamedTuple):
+class MotorCondition(NamedTuple):
     """How the motor on a driver runs at this moment.
 
     speed: full steps per second over the speed at which a free motor gives the greatest reading, 0 at rest
@@ -121,10 +123,10 @@ class Condition(NamedTuple):
     load: float
 
 
-AT_REST: Final = Condition(0.0, 0.0)
+AT_REST: Final = MotorCondition(0.0, 0.0)
 
 
-def load_reading(condition: Condition, *, mixed_decay: bool = False) -> int:
+def load_reading(condition: MotorCondition, *, mixed_decay: bool = False) -> int:
     """The load value LD of a turning motor, 0 (stalled) to 7 (fast and free).
 
     Rises with speed, falls with load; mixed decay near the zero crossing of the current spoils it.
@@ -134,7 +136,7 @@ def load_reading(condition: Condition, *, mixed_decay: bool = False) -> int:
     return max(0, reading - 2) if mixed_decay else reading
 
 
-def _at_rest() -> Condition:
+def _at_rest() -> MotorCondition:
     return AT_REST
 
 
@@ -146,7 +148,7 @@ class Tmc246:
 
     def __init__(self, part: str = "TMC246") -> None:
         self.part = PARTS[part]
-        self.condition: Callable[[], Condition] = _at_rest
+        self.condition: Callable[[], MotorCondition] = _at_rest
         self._faults: frozenset[str] = frozenset()
         self._load = 0
         self._enabled = True
@@ -205,7 +207,7 @@ class Tmc246:
         if on and row.latched and self._enabled:
             self._latched |= self._raised(row)
 
-    def _raised(self, row: Fault) -> Flag:
+    def _raised(self, row: DriverFault) -> Flag:
         codes = self.current_codes
         asked = [code for bridge, code in zip("ab", codes, strict=True) if bridge in row.bridges]
         return row.raises if not asked or any(asked) else Flag(0)

@@ -22,7 +22,7 @@ from tmcm34x.sweep.loading import load
 from tmcm34x.sweep.outcomes import results
 from tmcm34x.sweep.picture import summary
 from tmcm34x.sweep.single import result_of
-from tmcm34x.sweep.table import Table, columns, kept_lines, write_parquet
+from tmcm34x.sweep.table import ResultTable, columns, kept_lines, write_parquet
 from tmcm34x.trace.canvas import SvgCanvas
 from tmcm34x.trace.picture import PictureRecorder, draw, picture_height
 
@@ -86,7 +86,7 @@ def command(**options: Any) -> int:
     out: Path = options["out"] or file.with_suffix(".csv")
     try:
         kept = kept_lines(out, job.sweep, rows) if options["resume"] else {}
-        table = Table(out, job.sweep, rows, kept)
+        table = ResultTable(out, job.sweep, rows, kept)
     except SweepError as error:
         raise CliError(str(error)) from None
     except (OSError, UnicodeDecodeError) as error:
@@ -142,7 +142,7 @@ def _run_all(
     job: plan.Job,
     rows: list[plan.Row],
     coming: Generator[Numbered],
-    table: Table,
+    table: ResultTable,
     *,
     tally: _Tally,
     count: int,

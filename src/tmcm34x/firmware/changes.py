@@ -42,7 +42,7 @@ class Cell(IntEnum):
     DEFAULTS = 9
 
 
-class Change(NamedTuple):
+class EepromWrite(NamedTuple):
     """One write; see the module's text."""
 
     cell: Cell
@@ -61,7 +61,7 @@ class Chain:
     def __init__(self, crc: int) -> None:
         self._crc = crc
 
-    def seal(self, changes: Iterable[Change]) -> bytes:
+    def seal(self, changes: Iterable[EepromWrite]) -> bytes:
         """The entries of `changes`, to be appended."""
         entries = b""
         for change in changes:
@@ -70,16 +70,16 @@ class Chain:
             entries += body + _CRC.pack(self._crc)
         return entries
 
-    def open(self, journal: bytes) -> list[Change]:
+    def open(self, journal: bytes) -> list[EepromWrite]:
         """The changes in whole entries; raises `JournalError`."""
-        changes: list[Change] = []
+        changes: list[EepromWrite] = []
         for start in range(0, len(journal), ENTRY_SIZE):
             body, crc = journal[start : start + _BODY.size], journal[start + _BODY.size : start + ENTRY_SIZE]
             self._crc = zlib.crc32(body, self._crc)
             if crc != _CRC.pack(self._crc):
                 raise JournalError(f"wrong CRC in journal entry {start // ENTRY_SIZE + 1}")
             cell, *fields = _BODY.unpack(body)
-            changes.append(Change(Cell(cell), *fields))
+            changes.append(EepromWrite(Cell(cell), *fields))
         return changes
 
 

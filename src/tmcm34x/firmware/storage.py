@@ -30,7 +30,15 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from tmcm34x.board.models import CELLS, MICROSTEP_TABLE, MODELS
-from tmcm34x.firmware.changes import ENTRY_SIZE, TABLE_CELLS, Cell, Chain, Change, JournalError, unfinished
+from tmcm34x.firmware.changes import (
+    ENTRY_SIZE,
+    TABLE_CELLS,
+    Cell,
+    Chain,
+    EepromWrite,
+    JournalError,
+    unfinished,
+)
 from tmcm34x.tmcl.axis_parameters import LATER, STANDARD, axis_rows
 from tmcm34x.tmcl.commands import (
     COORDINATES,
@@ -62,7 +70,7 @@ class EepromError(ValueError):
     """Bytes that are no EEPROM image of this product; the text says in one line what is wrong with them."""
 
 
-Listener = Callable[[Sequence[Change]], object]
+Listener = Callable[[Sequence[EepromWrite]], object]
 """Gets changes that have just been made."""
 
 
@@ -114,7 +122,7 @@ class Eeprom:
         """A copy has no listeners."""
         return _copied, (self.model, self.profile, self.to_bytes(), self.revision)
 
-    def _changed(self, *changes: Change) -> None:
+    def _changed(self, *changes: EepromWrite) -> None:
         self._image = b""
         self.revision += 1
         for listener in self.listeners:
@@ -129,7 +137,7 @@ class Eeprom:
         self.coordinates = [[0] * (COORDINATES - 1) for _ in range(MOTORS)]
         self.driver_chain = MODELS[self.model].driver_chain
         self.microstep_table = MICROSTEP_TABLE
-        self._changed(Change(Cell.DEFAULTS))
+        self._changed(EepromWrite(Cell.DEFAULTS))
 
     def _defaults(self) -> tuple[dict[int, int], dict[int, int]]:
         """The factory defaults of axis and global parameters."""
@@ -152,22 +160,22 @@ class Eeprom:
     def set_axis_value(self, motor: int, number: int, value: int) -> None:
         """Store an axis parameter."""
         self.axis_values[motor][number] = value
-        self._changed(Change(Cell.AXIS_PARAMETER, motor, number, value))
+        self._changed(EepromWrite(Cell.AXIS_PARAMETER, motor, number, value))
 
     def set_global_value(self, number: int, value: int) -> None:
         """Store a global parameter of bank 0."""
         self.global_values[number] = value
-        self._changed(Change(Cell.GLOBAL_PARAMETER, 0, number, value))
+        self._changed(EepromWrite(Cell.GLOBAL_PARAMETER, 0, number, value))
 
     def set_variable(self, number: int, value: int) -> None:
         """Store a user variable."""
         self.variables[number] = value
-        self._changed(Change(Cell.USER_VARIABLE, 0, number, value))
+        self._changed(EepromWrite(Cell.USER_VARIABLE, 0, number, value))
 
     def set_coordinate(self, coordinate: int, motor: int, position: int) -> None:
         """Store a coordinate, 1..20."""
         self.coordinates[motor][coordinate - 1] = position
-        self._changed(Change(Cell.COORDINATE, motor, coordinate, position))
+        self._changed(EepromWrite(Cell.COORDINATE, motor, coordinate, position))
 
     def set_driver_chain(self, cells: bytes) -> None:
         """Store the 64 cells of the driver chain."""
@@ -188,7 +196,7 @@ class Eeprom:
         number, type_, motor, value = instruction
         record = INSTRUCTION.pack(number, type_, motor, signed32(value))
         _RECORD.pack_into(self.program, address * INSTRUCTION_SIZE, record)
-        self._changed(Change(Cell.INSTRUCTION, 0, address, int.from_bytes(record, "little")))
+        self._changed(EepromWrite(Cell.INSTRUCTION, 0, address, int.from_bytes(record, "little")))
 
     def write_program(self, program: Sequence[Instruction]) -> None:
         """Erase the program memory and store `program` from address 0; at most 2,048 instructions."""
@@ -201,7 +209,7 @@ class Eeprom:
     def erase_program(self) -> None:
         """Make the program memory all zero."""
         self.program = bytearray(_PROGRAM_BYTES)
-        self._changed(Change(Cell.PROGRAM_ERASED))
+        self._changed(EepromWrite(Cell.PROGRAM_ERASED))
 
     def to_bytes(self) -> bytes:
         """The image, as the module docstring lays it out: the same object as long as nothing is written."""
@@ -262,7 +270,7 @@ class Eeprom:
             raise EepromError(f"EEPROM image is damaged: {error}") from None
 
 
-_APPLY: Final[dict[Cell, Callable[[Eeprom, Change], None]]] = {
+_APPLY: Final[dict[Cell, Callable[[Eeprom, EepromWrite], None]]] = {
     Cell.AXIS_PARAMETER: lambda eeprom, c: eeprom.set_axis_value(c.motor, c.number, c.value),
     Cell.GLOBAL_PARAMETER: lambda eeprom, c: eeprom.set_global_value(c.number, c.value),
     Cell.USER_VARIABLE: lambda eeprom, c: eeprom.set_variable(c.number, c.value),
@@ -275,9 +283,9 @@ _APPLY: Final[dict[Cell, Callable[[Eeprom, Change], None]]] = {
 }
 
 
-def _table(cell: Cell, cells: bytes) -> tuple[Change, ...]:
+def _table(cell: Cell, cells: bytes) -> tuple[EepromWrite, ...]:
     return tuple(
-        Change(cell, 0, start, int.from_bytes(cells[start : start + TABLE_CELLS], "little"))
+        EepromWrite(cell, 0, start, int.from_bytes(cells[start : start + TABLE_CELLS], "little"))
         for start in range(0, len(cells), TABLE_CELLS)
     )
 
@@ -286,7 +294,7 @@ def _instruction(value: int) -> Instruction:
     return Instruction(*INSTRUCTION.unpack(value.to_bytes(INSTRUCTION_SIZE, "little")))
 
 
-def _replaced(cells: bytes, change: Change) -> bytes:
+def _replaced(cells: bytes, change: EepromWrite) -> bytes:
     start = change.number
     return cells[:start] + change.value.to_bytes(TABLE_CELLS, "little") + cells[start + TABLE_CELLS :]
 

@@ -21,7 +21,7 @@ SAMPLE_S: Final = 0.02
 _LOOK_S: Final = 0.005
 
 
-class Load(NamedTuple):
+class LoadReading(NamedTuple):
     """Load values at one velocity."""
 
     velocity: int
@@ -30,13 +30,13 @@ class Load(NamedTuple):
     """Standard deviation of the values."""
 
 
-def measure(motor: int, velocities: Iterable[int], tell: Callable[[Load], None]) -> Steps[None]:
+def measure(motor: int, velocities: Iterable[int], tell: Callable[[LoadReading], None]) -> Steps[None]:
     """Turn a motor at each velocity [velocity units] and measure; `tell` takes each result, the motor turns on."""
     for velocity in velocities:
         tell((yield from _measure(motor, velocity)))
 
 
-def _measure(motor: int, velocity: int) -> Steps[Load]:
+def _measure(motor: int, velocity: int) -> Steps[LoadReading]:
     yield from send(commands.rotate(motor, velocity))
     yield from until("actual_speed", motor, velocity)
     yield from _let_pass(SETTLE_S)
@@ -44,7 +44,7 @@ def _measure(motor: int, velocity: int) -> Steps[Load]:
     for _ in range(SAMPLES):
         yield from _let_pass(SAMPLE_S)
         loads.append((yield from send(commands.read_axis("load_value", motor))))
-    return Load(velocity, statistics.fmean(loads), statistics.pstdev(loads))
+    return LoadReading(velocity, statistics.fmean(loads), statistics.pstdev(loads))
 
 
 def _let_pass(seconds: float) -> Steps[None]:

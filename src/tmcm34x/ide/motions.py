@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.host import commands, motion
-from tmcm34x.host.load_profile import Load, measure
+from tmcm34x.host.load_profile import LoadReading, measure
 from tmcm34x.host.polling import AXIS_BANK
 from tmcm34x.host.settings import KEPT, keep
 from tmcm34x.host.steps import Pause, Steps
@@ -82,7 +82,7 @@ async def _profile(authority: Authority, tell: Tell, page: Window, call: wire.Pr
     if not 0 <= call.low <= call.high or call.step < 1:
         raise wire.RefusalError("range", "A profile goes up, from the lower to the higher velocity.")
 
-    def measured(load: Load) -> None:
+    def measured(load: LoadReading) -> None:
         tell(wire.ProfilePoint(call.motor, load.velocity, load.mean, load.deviation))
 
     steps = measure(call.motor, range(call.low, call.high + 1, call.step), measured)

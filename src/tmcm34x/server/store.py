@@ -17,7 +17,7 @@ from tmcm34x.firmware.storage import begin_journal
 from tmcm34x.server.eeprom_file import EepromFile, EepromFileError
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.changes import Change
+    from tmcm34x.firmware.changes import EepromWrite
     from tmcm34x.firmware.storage import Eeprom
 
 REST_S: Final = 0.5
@@ -44,7 +44,7 @@ class Store:
         self._chain = begin_journal(eeprom.to_bytes())
         self._entries = 0
         """Changes in the journal."""
-        self._tail: list[Change] | None = None
+        self._tail: list[EepromWrite] | None = None
         """Changes since the image was made that is just being written."""
         self._error = ""
         self._failed = False
@@ -97,7 +97,7 @@ class Store:
             await self._renew()
         self._file.close()
 
-    def _keep(self, changes: Sequence[Change]) -> None:
+    def _keep(self, changes: Sequence[EepromWrite]) -> None:
         """Write changes to the journal; the command that made them is answered after this."""
         if self._tail is not None:
             self._tail += changes

@@ -35,7 +35,7 @@ def results(job: Job, rows: Sequence[Row], wanted: Iterable[int], address: str) 
         threads = _threads(client, address)
         shared = client.scatter(job, broadcast=True, hash=False)
         executor = client.get_executor(pure=False)
-        left = work.Work(rows, wanted, threads * _AHEAD)
+        left = work.RowQueue(rows, wanted, threads * _AHEAD)
         try:
             yield from left.results(
                 lambda rows: executor.submit(work.do, shared, rows),

@@ -10,6 +10,7 @@ from typing import Annotated, Final, Literal
 import msgspec
 from msgspec import Meta
 
+from tmcm34x.bench.tables import Struct
 from tmcm34x.files import parse_toml, read_text
 
 Number = int | float
@@ -20,10 +21,6 @@ _OWN: Final = frozenset({"row", "ending", "error"})
 
 class SweepError(ValueError):
     """A sweep that cannot be done; one line."""
-
-
-class Struct(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """A table of the file; unknown keys are errors."""
 
 
 class Range(Struct, frozen=True):

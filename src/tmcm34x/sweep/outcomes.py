@@ -10,7 +10,7 @@ from typing import NamedTuple
 from tmcm34x.sweep import cluster, plan, runner
 from tmcm34x.sweep.description import Number
 from tmcm34x.sweep.plan import Job, Row
-from tmcm34x.sweep.single import Result, result_of
+from tmcm34x.sweep.single import RowResult, result_of
 from tmcm34x.sweep.work import Numbered
 
 
@@ -71,7 +71,7 @@ def results(
     return runner.results(job, rows, wanted, processes or os.cpu_count() or 1)
 
 
-def _outcome(job: Job, row: Row, number: int, result: Result) -> Outcome:
+def _outcome(job: Job, row: Row, number: int, result: RowResult) -> Outcome:
     columns = [vary.column for vary in job.sweep.vary]
     values = dict(zip(columns, row, strict=True))
     figures = dict(zip(job.sweep.figures, result.figures, strict=False))

@@ -21,7 +21,7 @@ _MARK: Final = 3.0
 """Half the size of a mark."""
 
 
-class Scale(NamedTuple):
+class PixelScale(NamedTuple):
     """From values to pixels along one side of a panel."""
 
     low: float
@@ -34,12 +34,12 @@ class Scale(NamedTuple):
         return self.start + (value - self.low) / (self.high - self.low) * self.length
 
 
-def scale(values: Iterable[float], start: float, length: float) -> tuple[Scale, list[float]]:
+def scale(values: Iterable[float], start: float, length: float) -> tuple[PixelScale, list[float]]:
     """A scale with room for all values, and its ticks."""
     found = list(values)
     low, high = min(found), max(found)
     ticks = round_numbers(low, high if high > low else low + 1)
-    return Scale(ticks[0], ticks[-1], start, length), ticks
+    return PixelScale(ticks[0], ticks[-1], start, length), ticks
 
 
 def summary(table: Path, sweep: Sweep) -> str:

@@ -13,7 +13,7 @@ from tmcm34x.bench.description import Bench
 from tmcm34x.debug.expressions import ExpressionError, Reference, compile_reference
 from tmcm34x.sweep.description import Number, Range, Sweep, SweepError, Vary
 from tmcm34x.sweep.sampling import Row, sampled
-from tmcm34x.sweep.sources import Sources
+from tmcm34x.sweep.sources import ProgramSources
 
 MOST_ROWS: Final = 1_000_000
 """Of one sweep."""
@@ -30,7 +30,7 @@ class Job(NamedTuple):
     """All that a process needs to do the run of a row: plain values, sent to it once."""
 
     sweep: Sweep
-    sources: Sources
+    sources: ProgramSources
     bench: Bench | None
 
 

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from tmcm34x.sweep import work
 from tmcm34x.sweep.plan import Job, Row
-from tmcm34x.sweep.single import Result
+from tmcm34x.sweep.single import RowResult
 
 _AHEAD: Final = 2
 """Slices for each process that are given out before their turn."""
@@ -24,7 +24,7 @@ _AHEAD: Final = 2
 
 def results(job: Job, rows: Sequence[Row], wanted: Iterable[int], processes: int) -> Generator[work.Numbered]:
     """The results of the wanted rows as they come, in no order; ends its processes when it is closed."""
-    left = work.Work(rows, wanted, processes * _AHEAD)
+    left = work.RowQueue(rows, wanted, processes * _AHEAD)
     while left:
         with _pool(job, processes) as submit:
             yield from left.results(submit, BrokenProcessPool, one_loss_is_all=True)
@@ -36,7 +36,7 @@ def _pool(job: Job, processes: int) -> Generator[work.Submit]:
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(processes, mp_context=context, initializer=_begin, initargs=(job,))
 
-    def submit(rows: list[Row]) -> Future[list[Result]]:
+    def submit(rows: list[Row]) -> Future[list[RowResult]]:
         try:
             with held_back():
                 return pool.submit(_do, rows)
@@ -62,8 +62,8 @@ def held_back() -> Generator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _failed(error: Exception) -> Future[list[Result]]:
-    future: Future[list[Result]] = Future()
+def _failed(error: Exception) -> Future[list[RowResult]]:
+    future: Future[list[RowResult]] = Future()
     future.set_exception(error)
     return future
 
@@ -89,5 +89,5 @@ def _begin(job: Job) -> None:
     _jobs[:] = [job]
 
 
-def _do(rows: Sequence[Row]) -> list[Result]:
+def _do(rows: Sequence[Row]) -> list[RowResult]:
     return work.do(_jobs[0], rows)

@@ -25,7 +25,7 @@ from tmcm34x.trace.recorder import Recorder, Trace
 _US: Final = HZ // 1_000_000
 
 
-class Result(NamedTuple):
+class RowResult(NamedTuple):
     """What came out of a row.
 
     figures: in the order of the sweep; none where there was no run
@@ -38,12 +38,12 @@ class Result(NamedTuple):
     error: str = ""
 
 
-def result_of(job: Job, row: Row, observe: Callable[[Rig], Recorder] | None = None) -> Result:
+def result_of(job: Job, row: Row, observe: Callable[[Rig], Recorder] | None = None) -> RowResult:
     """Do the run of a row; what its values make impossible is the error of its result.  For `observe` see `Single`."""
     try:
         return Single(job, values_of(job, row), observe).result()
     except (SweepError, BenchError, ExpressionError) as error:
-        return Result(error=str(error))
+        return RowResult(error=str(error))
 
 
 def values_of(job: Job, row: Row) -> dict[str, Number]:
@@ -80,14 +80,14 @@ class Single:
             recorders.append(self.loads)
         self.run = Run(self.rig, Trace(self.rig, recorders), condition)
 
-    def result(self) -> Result:
+    def result(self) -> RowResult:
         """Of the run, which is done now."""
         self.run.start()
         ending = self.run.go(clocks(self.sweep.until_s))
         late = (
             f"not over after {self.sweep.until_s:g} s of simulated time (until_s)" if ending == UNTIL else ""
         )
-        return Result(self.figures(), ending, late)
+        return RowResult(self.figures(), ending, late)
 
     def figures(self) -> tuple[int, ...]:
         """Now; raises `SweepError` where one has no value."""

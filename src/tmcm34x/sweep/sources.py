@@ -11,7 +11,7 @@ from tmcm34x.toolchain.mending.spelling import proposal
 from tmcm34x.toolchain.tokens import split_lines
 
 
-class Sources(NamedTuple):
+class ProgramSources(NamedTuple):
     """A program's text and the files that it includes.
 
     included: full name and text, by the name in the `#include` and the including file
@@ -49,7 +49,7 @@ class Sources(NamedTuple):
         return assembly
 
 
-def gather(text: str, file: str, include: IncludeReader, model: int) -> Sources:
+def gather(text: str, file: str, include: IncludeReader, model: int) -> ProgramSources:
     """The program in `text` and the files that it includes; raises `SweepError` for what is no program."""
     included: dict[tuple[str, str], tuple[str, str]] = {}
 
@@ -63,7 +63,7 @@ def gather(text: str, file: str, include: IncludeReader, model: int) -> Sources:
         for key, symbol in assembly.symbols.items()
         if symbol.kind == "constant"
     }
-    sources = Sources(file, text, included, places, model)
+    sources = ProgramSources(file, text, included, places, model)
     sources.assemble({})
     return sources
 

@@ -15,7 +15,7 @@ from tmcm34x.files import read_text
 from tmcm34x.sweep.cluster import library
 from tmcm34x.sweep.description import Sweep, SweepError, numbers_of
 from tmcm34x.sweep.plan import Row
-from tmcm34x.sweep.single import Result
+from tmcm34x.sweep.single import RowResult
 
 
 def columns(sweep: Sweep) -> list[str]:
@@ -64,7 +64,7 @@ def _row_of(cells: Sequence[str], rows: Sequence[Row]) -> int | None:
     return number if same else None
 
 
-class Table:
+class ResultTable:
     """The file at `path`, made anew with the lines of rows that are done already; raises `OSError`."""
 
     def __init__(self, path: Path, sweep: Sweep, rows: Sequence[Row], kept: Mapping[int, str]) -> None:
@@ -76,7 +76,7 @@ class Table:
         self._replace()
         self._stream: TextIO = path.open("a", encoding="utf-8", newline="")
 
-    def write(self, number: int, result: Result) -> None:
+    def write(self, number: int, result: RowResult) -> None:
         """Add a row."""
         figures = result.figures or [""] * self._figures
         line = line_of([number, *self._rows[number], *figures, result.ending, result.error])

@@ -15,23 +15,23 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import Final
 
 from tmcm34x.sweep.plan import Job, Row
-from tmcm34x.sweep.single import Result, result_of
+from tmcm34x.sweep.single import RowResult, result_of
 
 _LARGEST: Final = 256
 """Rows of a slice."""
 _SLICE_S: Final = 0.2
 """After so long a worker returns what it has done of a slice."""
-LOST: Final = Result(error="the process that did the run has ended before it was over")
+LOST: Final = RowResult(error="the process that did the run has ended before it was over")
 
-Numbered = tuple[int, Result]
+Numbered = tuple[int, RowResult]
 """The number of a row, and its result."""
-Submit = Callable[[list[Row]], "Future[list[Result]]"]
+Submit = Callable[[list[Row]], "Future[list[RowResult]]"]
 
 
-def do(job: Job, rows: Sequence[Row]) -> list[Result]:
+def do(job: Job, rows: Sequence[Row]) -> list[RowResult]:
     """The results of the first rows of a slice: of one at least, and of as many as a short time is enough for."""
     end = time.monotonic() + _SLICE_S
-    done: list[Result] = []
+    done: list[RowResult] = []
     for row in rows:
         done.append(result_of(job, row))
         if time.monotonic() > end:
@@ -39,7 +39,7 @@ def do(job: Job, rows: Sequence[Row]) -> list[Result]:
     return done
 
 
-class Work:
+class RowQueue:
     """The wanted rows of a sweep.
 
     crew: slices that are with workers at the same time
@@ -51,7 +51,7 @@ class Work:
         self._waiting = deque(wanted)
         self._doubtful: deque[int] = deque()
         """Rows of slices whose worker was lost."""
-        self._given: dict[Future[list[Result]], list[int]] = {}
+        self._given: dict[Future[list[RowResult]], list[int]] = {}
         self._size = 1
 
     def __bool__(self) -> bool:
@@ -87,7 +87,7 @@ class Work:
         size = min(self._size, fair, len(self._waiting))
         return [self._waiting.popleft() for _ in range(size)]
 
-    def _take(self, future: Future[list[Result]], done: list[Result]) -> Iterator[Numbered]:
+    def _take(self, future: Future[list[RowResult]], done: list[RowResult]) -> Iterator[Numbered]:
         """What was done of a slice; the rest waits again."""
         numbers = self._given.pop(future)
         rest = numbers[len(done) :]
@@ -95,7 +95,7 @@ class Work:
         self._size = min(_LARGEST, max(1, len(done) if rest else max(self._size, 2 * len(done))))
         yield from zip(numbers, done, strict=False)
 
-    def _lose(self, futures: Iterable[Future[list[Result]]]) -> Iterator[Numbered]:
+    def _lose(self, futures: Iterable[Future[list[RowResult]]]) -> Iterator[Numbered]:
         numbers = [number for future in futures for number in self._given.pop(future)]
         if len(numbers) == 1:
             yield numbers[0], LOST

@@ -164,7 +164,7 @@ class Scale(NamedTuple):
         return way / speed + speed / slope
 
 
-class Settings(NamedTuple):
+class RampSettings(NamedTuple):
     """Divisors, velocity and acceleration that come nearest to a wanted speed and ramp."""
 
     scale: Scale
@@ -172,7 +172,7 @@ class Settings(NamedTuple):
     acceleration: int
 
 
-def best_settings(scale: Scale, rev_min: float, ramp_s: float) -> Settings | None:
+def best_settings(scale: Scale, rev_min: float, ramp_s: float) -> RampSettings | None:
     """The finest divisors with which a motor reaches `rev_min` turns per minute within `ramp_s` seconds.
 
     scale: the resolution, motor and gear; its divisors do not matter
@@ -187,13 +187,13 @@ def best_settings(scale: Scale, rev_min: float, ramp_s: float) -> Settings | Non
     return None
 
 
-def _best_ramp(scale: Scale, velocity: int, ramp_s: float) -> Settings | None:
-    found: list[tuple[bool, float, Settings]] = []
+def _best_ramp(scale: Scale, velocity: int, ramp_s: float) -> RampSettings | None:
+    found: list[tuple[bool, float, RampSettings]] = []
     for ramp in range(LARGEST_DIVISOR, -1, -1):
         tried = scale._replace(ramp_divisor=ramp)
         acceleration = round(tried.acceleration_of_ramp(velocity, ramp_s))
         if 0 < acceleration <= LARGEST:
             miss = abs(tried.ramp_s(velocity, acceleration) - ramp_s)
             exact = brakes_exactly(acceleration, tried.pulse_divisor, ramp)
-            found.append((not exact, miss, Settings(tried, velocity, acceleration)))
+            found.append((not exact, miss, RampSettings(tried, velocity, acceleration)))
     return min(found, key=lambda entry: entry[:2])[2] if found else None

@@ -14,7 +14,7 @@ from tmcm34x.toolchain.diagnostics import ERRORS
 from tmcm34x.toolchain.linter.rules import RULES
 
 
-class Mistake(NamedTuple):
+class Explanation(NamedTuple):
     """What an error of the assembler means, a program that has it, and one that does not."""
 
     reason: str
@@ -22,88 +22,88 @@ class Mistake(NamedTuple):
     cure: str
 
 
-MISTAKES: Final[Mapping[str, Mistake]] = MappingProxyType({
-    "E101": Mistake(
+MISTAKES: Final[Mapping[str, Explanation]] = MappingProxyType({
+    "E101": Explanation(
         "Comments of other languages, and characters of word processors: curly quotes, long dashes, full-width commas. "
         "TMCL has letters, digits, _ and + - * / ^ ( ) , : = #, and comments that begin with //.",
         "        STOP                    ; the end", "        STOP                    // the end",
     ),
-    "E102": Mistake(
+    "E102": Explanation(
         "Numbers are decimal, hexadecimal after $ or binary after %, and have no unit: WAIT counts in ticks of 10 ms.",
         "        WAIT  TICKS, 0, 500ms\n        STOP", "        WAIT  TICKS, 0, 50\n        STOP",
     ),
-    "E103": Mistake(
+    "E103": Explanation(
         "A comma, a colon, a parenthesis or a name is missing or misplaced.",
         "        SAP   4, 0 500\n        STOP", "        SAP   4, 0, 500\n        STOP",
     ),
-    "E201": Mistake(
+    "E201": Explanation(
         "The word is not a command; docs/language.md lists all commands. A word alone may be a label without its ':'.",
         "Loop:   JMP   Loop", "Loop:   WAIT  TICKS, 0, 1\n        JA    Loop",
     ),
-    "E202": Mistake(
+    "E202": Explanation(
         "Modules with other chips have more commands: interrupts (VECT, EI, DI, RETI), indirect addressing, a stack. "
         "The firmware of the TMCM-34x lacks them; a loop that polls for the event comes closest.",
         "        VECT  39, Alarm\n        STOP\nAlarm:  STOP",
         "Loop:   WAIT  TICKS, 0, 1\n        GIO   0, 0\n        JC    ZE, Loop\n        STOP",
     ),
-    "E203": Mistake(
+    "E203": Explanation(
         "Each command takes a fixed number of operands, in a fixed order; often it is the first word that is missing.",
         "        MVP   0, 1000\n        STOP", "        MVP   ABS, 0, 1000\n        STOP",
     ),
-    "E204": Mistake(
+    "E204": Explanation(
         "Each command takes a fixed number of operands; numbers beyond them fill the fields that it does not use, and "
         "there are more than that.",
         "        SAP   4, 0, 500, 1\n        STOP", "        SAP   4, 0, 500\n        STOP",
     ),
-    "E205": Mistake(
+    "E205": Explanation(
         "MVP, RFS, CALC, CALCX, JC, WAIT and CLE start with one of their words; a number cannot replace it.",
         "        WAIT  TIME, 0, 10\n        STOP", "        WAIT  TICKS, 0, 10\n        STOP",
     ),
-    "E206": Mistake(
+    "E206": Explanation(
         "Type and motor have eight bits, the value 32.",
         "        SAP   300, 0, 5\n        STOP", "        SAP   5, 0, 300\n        STOP",
     ),
-    "E301": Mistake(
+    "E301": Explanation(
         "No file of the program defines this label or constant; case does not matter.",
         "        ROR   0, Speed\n        STOP", "Speed = 500\n        ROR   0, Speed\n        STOP",
     ),
-    "E302": Mistake(
+    "E302": Explanation(
         "A name has one meaning in the whole program, including its include files.",
         "Loop:   STOP\nLOOP:   STOP", "Loop:   WAIT  TICKS, 0, 1\n        JA    Loop",
     ),
-    "E303": Mistake(
+    "E303": Explanation(
         "Constants are computed from top to bottom; commands may use constants that are defined below them.",
         "Fast = Slow * 2\nSlow = 100\n        ROR   0, Fast\n        STOP",
         "Slow = 100\nFast = Slow * 2\n        ROR   0, Fast\n        STOP",
     ),
-    "E304": Mistake(
+    "E304": Explanation(
         "Only JA, JC and CSUB take the address of a label.",
         "Loop:   ROR   0, Loop\n        JA    Loop", "Speed = 500\nLoop:   ROR   0, Speed\n        JA    Loop",
     ),
-    "E401": Mistake(
+    "E401": Explanation(
         "Expressions are computed when the program is assembled, in floating point.",
         "        ROR   0, 500 / 0\n        STOP", "        ROR   0, 500 / 2\n        STOP",
     ),
-    "E402": Mistake(
+    "E402": Explanation(
         "The constants do not meet a condition that the program states.",
         "Speed = 3000\n#assert Speed <= 2047\n        ROR   0, Speed\n        STOP",
         "Speed = 2000\n#assert Speed <= 2047\n        ROR   0, Speed\n        STOP",
     ),
-    "E501": Mistake(
+    "E501": Explanation(
         "The file is neither in the folder of the including file nor on the include path. While it is missing, unknown "
         "names are not reported.",
         "#include missing.inc\n        STOP",
         "#include TMCLParam.tmc\n        SAP   APMaxAcceleration, 0, 200\n        STOP",
     ),
-    "E502": Mistake(
+    "E502": Explanation(
         "A file is included once, at its first #include; a file that includes itself has no end.",
         "#include program.tmc\n        STOP", "        STOP",
     ),
-    "E503": Mistake(
+    "E503": Explanation(
         "32 files may include each other. A chain of that length is a file that includes itself by another name.",
         "#include another.inc\n        STOP", "        STOP",
     ),
-    "E601": Mistake(
+    "E601": Explanation(
         "The memory of the module holds 2,048 instructions. Subroutines and loops make programs shorter.",
         "        ROR   0, 500            // and 2,048 lines more\n" + "        MST   0\n" * 2048 + "        STOP",
         "        ROR   0, 500\n        MST   0\n        STOP",

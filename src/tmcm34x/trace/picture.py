@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tmcm34x.bench import Rig
 
 
-class Mark(NamedTuple):
+class Note(NamedTuple):
     """A note in the picture: when, and in a few words."""
 
     when: int
@@ -37,7 +37,7 @@ class PictureRecorder:
         self.times: list[int] = []
         self.positions: list[list[int]] = [[] for _ in self._spots]
         self.speeds: list[list[int]] = [[] for _ in self._spots]
-        self.marks: list[Mark] = []
+        self.marks: list[Note] = []
         for number, module in enumerate(rig.modules):
             module.board.on_output.append(lambda bits, number=number: self._note_outputs(number, bits))
         self.after(rig.now)
@@ -59,7 +59,7 @@ class PictureRecorder:
 
     def mark(self, when: int, text: str) -> None:
         """Add a note to the picture."""
-        self.marks.append(Mark(when, text))
+        self.marks.append(Note(when, text))
 
     def _note_outputs(self, number: int, bits: int) -> None:
         self.mark(self._rig.modules[number].now, f"outputs {bits:08b}")
@@ -168,7 +168,7 @@ def _draw_panel(canvas: Canvas, top: float, span: tuple[int, int], curves: _Curv
         canvas.line(points, COLORS[n % len(COLORS)], 1.5)
 
 
-def _draw_marks(canvas: Canvas, top: float, span: tuple[int, int], marks: Sequence[Mark]) -> None:
+def _draw_marks(canvas: Canvas, top: float, span: tuple[int, int], marks: Sequence[Note]) -> None:
     canvas.text(_MARGIN + 6, top - 6, "program", INK)
     canvas.line([(_MARGIN, top), (WIDTH - 20, top)], GRID)
     rows = [float(_MARGIN)] * 4

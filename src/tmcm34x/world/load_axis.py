@@ -37,7 +37,7 @@ class Grip(Enum):
     """Left behind, waiting for a slow field."""
 
 
-class Field(NamedTuple):
+class MotorField(NamedTuple):
     """What the module does to the motor at a moment; positive is the load's positive direction.
 
     angle: electrical angle in rotor units, never wrapped
@@ -71,7 +71,7 @@ class LoadAxis:
         self.high = FAR if load.high is None else round(load.high * self.units)
         self.rotor = round(load.start * self.units)
         """Rotor position in rotor units; 0 at position 0 of the load."""
-        self.field = Field()
+        self.field = MotorField()
         self.grip = Grip.FREE
         self.push_nm = 0.0
         """Outer torque put on the shaft from outside; positive pushes toward lower positions."""
@@ -99,7 +99,7 @@ class LoadAxis:
     def load_state(self, value: Any) -> None:
         """Become an axis that was saved."""
         (self.rotor, field, grip, self.push_nm), places, lines = value
-        self.field, self.grip = Field(*field), Grip(grip)
+        self.field, self.grip = MotorField(*field), Grip(grip)
         self._slip, self._origin, self._lowest, self._highest = places
         for line, saved in zip((self.left, self.right), lines, strict=True):
             line.load(saved)
@@ -111,7 +111,7 @@ class LoadAxis:
         self.grip = Grip.FREE
         self._origin = self._nearest(0)
 
-    def follow(self, now: int, field: Field) -> None:
+    def follow(self, now: int, field: MotorField) -> None:
         """Take a field at clock `now`; to be called wherever `room`, `delay_s` or a change of the field asks for it."""
         self.field = field
         if not field.current_ma:
@@ -133,7 +133,7 @@ class LoadAxis:
         self._lowest = low if below is None else max(low, below)
         self._highest = high if above is None else min(high, above)
 
-    def _catch(self, field: Field) -> None:
+    def _catch(self, field: MotorField) -> None:
         """Get into step again, if the rotor is out of it and the field lets it."""
         if self.grip is Grip.FOLLOWING:
             return
@@ -147,7 +147,7 @@ class LoadAxis:
         self._slip = self._nearest(field.angle)
         self.grip = Grip.FOLLOWING
 
-    def _turn(self, field: Field) -> None:
+    def _turn(self, field: MotorField) -> None:
         wanted = field.angle + self._slip
         if wanted > self.high + YIELD or wanted < self.low - YIELD:
             self.rotor = self.high if wanted > self.high else self.low

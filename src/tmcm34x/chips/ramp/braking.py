@@ -7,7 +7,7 @@ from math import isqrt
 from typing import Final
 
 from tmcm34x.chips.ramp.law import FARTHEST, Law
-from tmcm34x.chips.ramp.parts import Change, Coast, Part
+from tmcm34x.chips.ramp.parts import Change, Coast, Stretch
 from tmcm34x.chips.ramp.plan import simple_part
 from tmcm34x.chips.ramp.roots import roots
 from tmcm34x.chips.ramp.state import LAST, TURN, RampState
@@ -22,7 +22,7 @@ BEYOND: Final = -TURN << 11
 """Left of the way where a walk need not stop short of anything."""
 
 
-class Braking(Part):
+class Braking(Stretch):
     """The speed follows the braking velocity of the distance, as far as A_MAX allows, down to the target.
 
     The way there is a sequence of places between two ramp ticks, some of which are kept as checkpoints.

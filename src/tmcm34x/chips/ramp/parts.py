@@ -32,7 +32,7 @@ def _residues(step: int) -> tuple[int, list[int], list[int]]:
     return divisor, places, [0, *accumulate(remainders * 2)]
 
 
-class Part:
+class Stretch:
     """A stretch of the future in one direction, from `start` (exclusive) to `end` (inclusive)."""
 
     __slots__ = ("_answer", "_asked", "bend", "direction", "law", "mark", "speed", "start", "stopping")
@@ -93,7 +93,7 @@ class Part:
         )
 
 
-class Coast(Part):
+class Coast(Stretch):
     """Constant velocity `speed`; the first ramp tick may have brought it about, with acceleration `a`."""
 
     __slots__ = ("a", "end")
@@ -145,7 +145,7 @@ class Coast(Part):
             yield self.when(step)
 
 
-class Change(Part):
+class Change(Stretch):
     """The speed goes from `speed` by `step` per ramp tick, and stays at least zero."""
 
     __slots__ = ("_weighed", "_weight", "end", "step")

@@ -29,7 +29,7 @@ from tmcm34x.firmware.program.machine import Machine
 from tmcm34x.firmware.program.memory import Memory
 from tmcm34x.firmware.program.module_commands import PROGRAM_ONLY, STOP, WAIT, misuse, reads
 from tmcm34x.firmware.program.moving import Following, Pursuit
-from tmcm34x.firmware.program.polling import Cycle, Polling
+from tmcm34x.firmware.program.polling import Cycle, CycleSearch
 from tmcm34x.firmware.program.registers import ERROR_FLAGS, Registers
 from tmcm34x.firmware.program.state import ProgramError, RunState
 from tmcm34x.firmware.program.wait import Wait
@@ -66,7 +66,7 @@ class Execution:
         self._started_at = 0
         """`executed` when the program was started."""
         self._ahead = Ahead(self._machine)
-        self._polling = Polling(module)
+        self._polling = CycleSearch(module)
         self._following = Following(module, self._machine)
         self._pins_changed = False
         """Since the last event, while the program is active; the module has its next event one clock later."""

@@ -112,7 +112,7 @@ class Anchor:
         )  # fmt: skip
 
 
-class Polling:
+class CycleSearch:
     """Looks for the cycle in what a program executes.
 
     The program calls `meet` before and `passed` after each command that `repeats`, and `forget` whenever anything

@@ -50,7 +50,7 @@ class SlcanLink:
         """Create the terminal; returns its path, or that of the symbolic link."""
 
         def plug_in(_: str, send: Send) -> Peer:
-            return Adapter(connect, send, self._milliseconds)
+            return SlcanAdapter(connect, send, self._milliseconds)
 
         return await self._pty.open(plug_in)
 
@@ -75,7 +75,7 @@ class _Refused(Exception):  # noqa: N818
     """A line that the adapter answers with BELL."""
 
 
-class Adapter:
+class SlcanAdapter:
     """The adapter: lines of text from and to the host, frames to and from the bus."""
 
     def __init__(self, connect: ConnectBus, send: Send, milliseconds: Callable[[], int]) -> None:
