@@ -58,6 +58,28 @@ def test_a_command_that_is_interrupted_at_its_start_ends_quietly(words, calls):
     assert (result.returncode, result.stderr.strip()) == (130, "")
 
 
+LOST = """
+import os, signal, sys, weakref
+from tmcm34x.interrupts import keep_interrupts
+keep_interrupts()
+class Lock: pass
+def interrupt(*_): os.kill(os.getpid(), signal.SIGINT)
+lock = Lock()
+watching = weakref.ref(lock, interrupt)
+try:
+    del lock
+    print("ends")
+except KeyboardInterrupt:
+    sys.exit("interrupted")
+"""
+"""An interrupt in the callback of a weak reference, as the locks of imports have them."""
+
+
+def test_an_interrupt_in_a_callback_whose_exceptions_are_lost_is_raised_behind_it():
+    result = subprocess.run([sys.executable, "-c", LOST], capture_output=True, text=True, check=False)
+    assert (result.stdout, result.stderr) == ("", "interrupted\n")
+
+
 @pytest.mark.parametrize("calls", random.Random(2).sample(range(100, 150_000), 5))
 def test_a_run_that_is_interrupted_says_so_with_its_status(program, calls):
     result = interrupted(calls, "run", program)
