@@ -329,3 +329,12 @@ def test_time_that_is_passed_between_events_is_time_that_is_advanced(running, wa
         passed.advance(due)
         run_until(whole, due)
         assert passed.digest() == whole.digest()
+
+
+def test_what_is_due_all_the_same_happens_while_time_is_passed():
+    rig = simple_rig()
+    assert rig.next_event() == NEVER
+    say(rig, "MVP ABS, 0, 5000")
+    rig.pass_to(10 * HZ)
+    assert rig.next_event() > rig.now == 10 * HZ
+    assert (say(rig, "GAP 8, 0"), say(rig, "GAP 1, 0")) == (1, 5000)

@@ -195,8 +195,11 @@ class FirmwareModule(ModuleState):
             settle(self)
 
     def pass_to(self, now: int) -> None:
-        """Bring the module to clock `now`, before its next event: time passes and nothing else happens."""
-        if not self.program.state:
+        """Bring the module to clock `now`, before its next event: time passes and nothing else happens.
+
+        An event that is due all the same happens: something was done on the module since its next one was asked for.
+        """
+        if not self.program.state and now < self.next_disturbance():
             self.circuit.advance(now)
             self.now = now
         elif (
