@@ -316,9 +316,10 @@ def test_run_over_a_program_of_somebody_else_asks_first(stage: Stage):
     expect(page.locator(".code:not([hidden]) .cm-content")).to_contain_text("SGP 5, 2, 77")
     assert observer.read_instruction(0) == parse_instruction("SGP 5, 2, 77")
     assert ask("GAP 3, 0") == 0
+    tab(page, "Program")
+    expect(page.locator(".program .next")).to_contain_text("SGP 5, 2, 77")  # known from here on
     page.get_by_role("tab", name="program.tmc").click()
     page.keyboard.press("F9")
-    dialog.get_by_role("button", name="Replace it").click()
     running(page)
     until(page, lambda: ask("GAP 3, 0") == 500)
     page.keyboard.press("F9")
