@@ -91,6 +91,27 @@ def test_what_needs_a_file_of_its_own_says_so(tool, line):
     assert (status, output, errors.count("\n")) == (2, b"", 1)
 
 
+INPUTS = ("program.tmc", "image.bin", "sweep.toml", "session.txt")
+
+
+@pytest.mark.parametrize("line", [line for line in TEXTS + FILES if line.split()[1] in INPUTS])
+def test_no_output_writes_over_what_the_command_reads(tool, line):
+    source = Path(line.split()[1])
+    before = source.read_bytes()
+    source.with_name("again").symlink_to(source)
+    for name in (source.name, f"./{source.name}", "again"):
+        status, _, errors = tool(line.replace("OUT", name))
+        assert (status, errors.count("\n"), source.read_bytes()) == (2, 1, before), errors
+
+
+def test_two_outputs_are_two_files(tool):
+    assert tool("run program.tmc --csv out --vcd ./out")[::2] == (
+        2,
+        "tmcm34x run: out is both --csv and --vcd: what is written needs a file of its own\n",
+    )
+    assert tool("run program.tmc --csv /dev/null --vcd /dev/null")[0] == 0
+
+
 CIRCLES = ("circle", "link")
 NO_FILES = (*CIRCLES, "circle/out", "folder", "program.tmc/out", "nowhere/out", "x" * 300, "")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from tmcm34x.cli import CliError
-from tmcm34x.cli.outputs import TEXT_OUT, is_standard_output, only_one, write
+from tmcm34x.cli.outputs import TEXT_IN, TEXT_OUT, is_standard_output, only_one, write
 from tmcm34x.cli.source_files import (
     append_stop_option,
     assemble_file,
@@ -27,7 +27,7 @@ from tmcm34x.toolchain.structure import emit_tmcl
 
 
 @click.command()
-@click.argument("file", type=click.Path(dir_okay=False, allow_dash=True, path_type=Path))
+@click.argument("file", type=TEXT_IN)
 @click.option(
     "-o", "--output", type=TEXT_OUT, metavar="OUT", help="Image to write: .bin, or Intel HEX as .hex."
 )

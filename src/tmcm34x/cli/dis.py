@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from tmcm34x.cli.outputs import TEXT_OUT, write
+from tmcm34x.cli.outputs import TEXT_IN, TEXT_OUT, write
 from tmcm34x.cli.source_files import (
     assemble_file,
     include_option,
@@ -20,7 +20,7 @@ from tmcm34x.toolchain.likeness import disassemble_like
 
 
 @click.command()
-@click.argument("file", type=click.Path(dir_okay=False, allow_dash=True, path_type=Path))
+@click.argument("file", type=TEXT_IN)
 @click.option(
     "-o",
     "--output",

@@ -1,4 +1,7 @@
-"""Where commands write to: files, or standard output for `-`."""
+"""The files that commands read and write; `-` is standard input or output.
+
+No file is both: what would write over an input, or over another output, is a usage error before anything is written.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,17 @@ from typing import Any, Final
 import click
 
 from tmcm34x.cli import CliError
+from tmcm34x.files import real_path
+
+
+class _InPath(click.Path):
+    """The name of a file to read, which no output may have."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path, or a usage error."""
+        path: Any = super().convert(value, param, ctx)
+        _claim(path, param, ctx)
+        return path
 
 
 class _OutPath(click.Path):
@@ -28,9 +42,36 @@ class _OutPath(click.Path):
             self.fail("an empty name: name a file", param, ctx)
         if is_standard_output(value) and not self._texts:
             self.fail("this is not written to standard output: name a file", param, ctx)
-        return super().convert(value, param, ctx)
+        path: Any = super().convert(value, param, ctx)
+        _claim(path, param, ctx)
+        return path
 
 
+def _claim(path: Path, param: click.Parameter | None, ctx: click.Context | None) -> None:
+    """Note the file of an option or argument; a usage error if another one has it already and one of them writes it."""
+    if ctx is None or param is None or is_standard_output(path) or not _is_plain(path):
+        return
+    claims: dict[Path, click.Parameter] = ctx.meta.setdefault(__name__, {})
+    other = claims.setdefault(real_path(path), param)
+    if other is not param and isinstance(other.type, _OutPath) | isinstance(param.type, _OutPath):
+        names = " and ".join(each.get_error_hint(ctx).strip("'") for each in (other, param))
+        raise click.UsageError(f"{path} is both {names}: what is written needs a file of its own", ctx)
+
+
+def _is_plain(path: Path) -> bool:
+    """Whether writing to the path changes a file, not a device."""
+    try:
+        return path.is_file() or not path.exists()
+    except (OSError, ValueError):
+        return False
+
+
+FILE_IN: Final = _InPath(dir_okay=False, path_type=Path)
+"""A file to read."""
+FILES_IN: Final = _InPath(path_type=Path)
+"""A file to read, or a folder with such files."""
+TEXT_IN: Final = _InPath(dir_okay=False, allow_dash=True, path_type=Path)
+"""A file to read, or `-` for standard input."""
 TEXT_OUT: Final = _OutPath(texts=True)
 """A file to write, or `-` for standard output."""
 FILE_OUT: Final = _OutPath(texts=False)

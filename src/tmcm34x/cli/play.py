@@ -15,7 +15,7 @@ from tmcm34x.bench.session.language import MODELS, Case, load
 from tmcm34x.bench.session.player import CAN, SERIAL, Player
 from tmcm34x.bench.session.runner import Result, moving_line, run, run_real
 from tmcm34x.cli import CliError
-from tmcm34x.cli.outputs import FILE_OUT, write
+from tmcm34x.cli.outputs import FILE_IN, FILE_OUT, FILES_IN, write
 from tmcm34x.cli.source_files import MODELS as MODEL_NAMES
 from tmcm34x.cli.source_files import is_folder, read_bytes
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 SUFFIX: Final = ".session"
 """Of the files that are played when a folder is named."""
-_PATH: Final = click.Path(path_type=Path)
 _EPILOG = """\b
 Examples:
   tmcm34x play homing.session --bench examples/benches/xy-stage.toml
@@ -35,7 +34,7 @@ Examples:
 
 
 @click.command(epilog=_EPILOG)
-@click.argument("files", type=_PATH, nargs=-1, required=True, metavar="FILE...")
+@click.argument("files", type=FILES_IN, nargs=-1, required=True, metavar="FILE...")
 @click.option(
     "--model",
     "models",
@@ -52,7 +51,7 @@ Examples:
 )
 @click.option(
     "--bench",
-    type=_PATH,
+    type=FILE_IN,
     metavar="FILE",
     help="What hangs on the module, where a session does not say so itself.",
 )

@@ -22,7 +22,7 @@ from tmcm34x.cli import (
     state,
     user_functions,
 )
-from tmcm34x.cli.outputs import FILE_OUT, TEXT_OUT, only_one
+from tmcm34x.cli.outputs import FILE_IN, FILE_OUT, TEXT_OUT, only_one
 from tmcm34x.cli.progress import Progress
 from tmcm34x.cli.recording import Recording
 from tmcm34x.cli.report import Report
@@ -89,7 +89,7 @@ Examples:
 
 
 @click.command(epilog=_EPILOG)
-@click.argument("file", type=_IN)
+@click.argument("file", type=FILE_IN)
 @click.option("--model", type=click.Choice(MODELS), help="Module type; 343 unless the bench says otherwise.")
 @click.option(
     "--until",
@@ -106,7 +106,7 @@ Examples:
     help="Speed of virtual time: 1 is real time, 0 as fast as possible.",
 )
 @click.option(
-    "--bench", type=_IN, metavar="FILE", help="What is connected to the module; bare motors without it."
+    "--bench", type=FILE_IN, metavar="FILE", help="What is connected to the module; bare motors without it."
 )
 @click.option(
     "--csv", "csv_file", type=TEXT_OUT, metavar="OUT", help="Write positions and speeds as a table."

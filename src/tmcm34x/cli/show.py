@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import click
 
 from tmcm34x.cli import CliError
+from tmcm34x.cli.outputs import FILE_IN, FILE_OUT
 
 if TYPE_CHECKING:
     from tmcm34x.capture.latency import TimedRecord
     from tmcm34x.capture.record import Record
 
-_PATH = click.Path(path_type=Path)
 _EPILOG = """\b
 Examples:
   tmcm34x show night.session
@@ -23,11 +23,11 @@ Examples:
 
 
 @click.command(epilog=_EPILOG)
-@click.argument("file", type=_PATH, required=False)
+@click.argument("file", type=FILE_IN, required=False)
 @click.option(
     "--to",
     "out",
-    type=_PATH,
+    type=FILE_OUT,
     metavar="OUT",
     help="Write OUT instead: .session, .pcapng, .log (candump) or .hex.",
 )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tmcm34x.cli import CliError
-from tmcm34x.cli.outputs import FILE_OUT, write
+from tmcm34x.cli.outputs import FILE_IN, FILE_OUT, write
 from tmcm34x.cli.signals import interruptible
 from tmcm34x.cli.source_files import include_option
 from tmcm34x.sweep import plan
@@ -38,7 +38,7 @@ Examples:
 
 
 @click.command(epilog=_EPILOG)
-@click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
+@click.argument("file", type=FILE_IN)
 @click.option(
     "--out",
     type=FILE_OUT,
