@@ -65,6 +65,24 @@ def test_a_lost_process_fails_its_row_alone():
     ]
 
 
+KILLED = f"""
+import os, signal
+from tmcm34x.sweep import runner
+from tmcm34x.sweep.description import parse
+from tmcm34x.sweep.plan import Job, rows
+from tmcm34x.sweep.sources import gather
+from tmcm34x.toolchain.assembler import no_includes
+job = Job(parse({SWEEP!r}), gather({PROGRAM!r}, "p.tmc", no_includes, 343), None)
+for _ in runner.results(job, rows(job.sweep), range(8), 2):
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_the_processes_end_with_the_one_that_started_them_however_it_ends():
+    started = subprocess.run([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, check=False, timeout=60)
+    assert started.returncode == -signal.SIGKILL, "its output ends when no process has it any more"
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are masked on POSIX systems")
 def test_an_interrupt_from_the_keyboard_does_not_reach_a_process_that_starts() -> None:
     """A terminal sends it to all processes, and one that is starting would end with a traceback."""

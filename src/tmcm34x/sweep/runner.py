@@ -6,8 +6,10 @@ A process is started anew and gets the job once; rows and results are plain valu
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
 import sys
+import threading
 from collections.abc import Generator, Iterable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -84,9 +86,17 @@ _jobs: list[Job] = []
 
 
 def _begin(job: Job) -> None:
-    """In a new process: an interrupt is the business of the process that started it."""
+    """In a new process: an interrupt is the business of the process that started it, whose end is its own end too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_starter, daemon=True).start()
     _jobs[:] = [job]
+
+
+def _end_with_starter() -> None:
+    starter = multiprocessing.parent_process()
+    assert starter is not None
+    starter.join()
+    os._exit(1)
 
 
 def _do(rows: Sequence[Row]) -> list[RowResult]:
