@@ -20,7 +20,7 @@ from tmcm34x.bench import Rig, load, simple_rig
 from tmcm34x.clock import HZ, Timed
 from tmcm34x.debug.control import Breakpoint
 from tmcm34x.debug.history import History
-from tmcm34x.debug.sessions.base import Text
+from tmcm34x.debug.sessions.base import SourceMap
 from tmcm34x.debug.sessions.bench import BenchSession
 from tmcm34x.links import Peer
 from tmcm34x.server import Server
@@ -163,7 +163,7 @@ def main() -> int:
         build = builder(assembly, bench)
         print(name)
         marks.at_most("  recording, of the time without", 100 * (recording(build) - 1), 5, "%")
-        session = BenchSession(build(), Silent(), Text(assembly), keeps_history=True)
+        session = BenchSession(build(), Silent(), SourceMap(assembly), keeps_history=True)
         session.start(hold=False)
         session.advance(HOUR)
         session.pause()

@@ -18,7 +18,7 @@ from core import NAME, mark
 
 from tmcm34x.bench import simple_rig
 from tmcm34x.clock import HZ, run_until
-from tmcm34x.firmware.program import Counts
+from tmcm34x.firmware.program import AddressCounts
 from tmcm34x.toolchain.assembler import assemble
 
 TURNS = 5
@@ -152,7 +152,8 @@ def main():
     slower = min(interpreter(COMMANDS, frozenset({5})) for _ in range(TURNS)) / min(own for _, own in turns)
     print(f"  with a breakpoint    {slower:8.1f} times the time, met once in 80,000 commands")
     counted = statistics.median(
-        own / interpreter(COMMANDS, counts=Counts()) for own in [interpreter(COMMANDS) for _ in range(TURNS)]
+        own / interpreter(COMMANDS, counts=AddressCounts())
+        for own in [interpreter(COMMANDS) for _ in range(TURNS)]
     )
     print(f"  with coverage        {counted:8.2f} of the speed without")
     print(f"manual 5.2, one hour   {hour:8.0f} times real time")

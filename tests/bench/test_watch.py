@@ -4,7 +4,7 @@ import pytest
 
 from tmcm34x.bench import BenchError, build
 from tmcm34x.bench.description import parse
-from tmcm34x.bench.session.watch import Watch
+from tmcm34x.bench.session.watch import ExpectationWatch
 from tmcm34x.clock import HZ, run_until
 from tmcm34x.tmcl.mnemonic import parse_instruction
 from tmcm34x.trace.recorder import Trace
@@ -13,7 +13,7 @@ from tmcm34x.trace.recorder import Trace
 def watched(*events, command="MVP ABS, 0, 10000", seconds=5):
     tables = "".join(f"[[event]]\nat_ms = {at}\n{keys}\n" for at, keys in events)
     rig = build(parse(f"[[module]]\n{tables}"))
-    watch = Watch(rig)
+    watch = ExpectationWatch(rig)
     rig.modules[0].execute(parse_instruction(command))
     run_until(Trace(rig, [watch]), seconds * HZ)
     watch.finish()

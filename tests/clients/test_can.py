@@ -12,7 +12,7 @@ from pytrinamic.tmcl import TMCLReplyStatusError
 
 from conftest import PATIENCE_S
 from tmcm34x.bench import simple_rig
-from tmcm34x.links import LinkError
+from tmcm34x.links import LinkOpenError
 from tmcm34x.links.can import CanBusLink
 from tmcm34x.server import Server
 
@@ -115,7 +115,7 @@ def test_a_bus_of_python_can():
 )
 def test_a_bus_that_is_not_there_is_refused_in_one_line(interface, channel):
     async def scenario():
-        with pytest.raises(LinkError, match=f"cannot join {interface}:{channel}") as caught:
+        with pytest.raises(LinkOpenError, match=f"cannot join {interface}:{channel}") as caught:
             await CanBusLink(interface, channel, 1_000_000).open(lambda name, send: None)
         assert "\n" not in str(caught.value)
 

@@ -3,7 +3,7 @@
 from tmcm34x.bench import simple_rig
 from tmcm34x.clock import NEVER
 from tmcm34x.debug.control import Breakpoint
-from tmcm34x.debug.sessions.base import Text
+from tmcm34x.debug.sessions.base import SourceMap
 from tmcm34x.debug.sessions.bench import BenchSession
 from tmcm34x.toolchain.assembler import assemble
 
@@ -56,7 +56,7 @@ def bench(source=PROGRAM, rig=None, **options):
     assembly = assembled(source)
     rig.modules[0].eeprom.write_program(assembly.program)
     notes = Notes()
-    return BenchSession(rig, notes, Text(assembly), **options), notes
+    return BenchSession(rig, notes, SourceMap(assembly), **options), notes
 
 
 def breakpoints(*addresses, **texts):

@@ -12,7 +12,7 @@ from tmcm34x.debug.breaks import BREAKS
 from tmcm34x.debug.control import Breakpoint
 from tmcm34x.debug.expressions import ExpressionError, compile_expression
 from tmcm34x.debug.sessions.live import LiveSession
-from tmcm34x.debug.watches import Watch
+from tmcm34x.debug.watches import WatchedValue
 from tmcm34x.toolchain.assembler import assemble
 
 STAGE = """\
@@ -163,7 +163,7 @@ def test_the_way_back_finds_the_same_clocks(key):
 
 
 def passing(opened, limit, motor=0):
-    opened.set_watches([Watch.make(1, f"ap[actual_position][{motor}] passes {limit}")])
+    opened.set_watches([WatchedValue.make(1, f"ap[actual_position][{motor}] passes {limit}")])
 
 
 @pytest.mark.parametrize("limit", [1, 777, 4000, 8999])
@@ -190,7 +190,7 @@ def test_a_data_breakpoint_holds_at_the_clock_at_which_a_position_is_passed(limi
 def test_a_breakpoint_behind_a_data_breakpoint_holds_too_after_the_way_back():
     opened = session(THREE_TIMES)
     opened.go_to(0)
-    opened.set_watches([Watch.make(1, "gp[1]")])
+    opened.set_watches([WatchedValue.make(1, "gp[1]")])
     go(opened)
     held = opened.rig.now, opened.program.counter
     go(opened)

@@ -10,7 +10,7 @@ from tmcm34x.cli.dap import SERVICES
 from tmcm34x.clock import MS, run_until
 from tmcm34x.debug.dap import Adapter
 from tmcm34x.debug.dap.messages import Framing, FramingError, frame
-from tmcm34x.debug.sessions.base import Text
+from tmcm34x.debug.sessions.base import SourceMap
 from tmcm34x.debug.sessions.live import LiveSession
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.toolchain.assembler import assemble
@@ -635,7 +635,7 @@ def live(source):
     assembly = assemble(source, "live.tmc")
     module.eeprom.write_program(assembly.program)
     services = SERVICES._replace(
-        live=lambda listener: LiveSession(module, listener, Text(assembly), rig.worlds[0])
+        live=lambda listener: LiveSession(module, listener, SourceMap(assembly), rig.worlds[0])
     )
     return rig, Editor(services)
 

@@ -16,7 +16,7 @@ from tmcm34x.bench.action import Action
 from tmcm34x.clock import HZ, MS, NEVER, run_until
 from tmcm34x.debug.branches import HistoryError
 from tmcm34x.debug.history import DENSE_CLOCKS, DENSE_INPUTS, History
-from tmcm34x.debug.watches import Watch
+from tmcm34x.debug.watches import WatchedValue
 from tmcm34x.tmcl.datagram import pack_request
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
@@ -291,7 +291,7 @@ def test_hit_counts_in_reverse_are_those_of_the_way_forward():
 def test_data_breakpoints_hold_in_reverse():
     opened = started()
     go(opened)
-    opened.set_watches([Watch.make(1, "gp[1]")])
+    opened.set_watches([WatchedValue.make(1, "gp[1]")])
     counts = []
     for _ in range(3):
         opened.reverse_continue()

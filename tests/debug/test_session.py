@@ -7,10 +7,10 @@ from tmcm34x.bench import simple_rig
 from tmcm34x.clock import MS, NEVER, run_until
 from tmcm34x.debug.control import Breakpoint
 from tmcm34x.debug.expressions import ExpressionError
-from tmcm34x.debug.sessions.base import Text
+from tmcm34x.debug.sessions.base import SourceMap
 from tmcm34x.debug.sessions.bench import at_rest
 from tmcm34x.debug.sessions.live import LiveSession
-from tmcm34x.debug.watches import Watch
+from tmcm34x.debug.watches import WatchedValue
 from tmcm34x.tmcl.mnemonic import parse_instruction
 from tmcm34x.toolchain.assembler import assemble
 
@@ -245,7 +245,7 @@ def test_a_jump_moves_the_counter():
 
 
 def test_lines_have_addresses_and_addresses_have_labels():
-    text = Text(assemble(PROGRAM, "p.tmc"))
+    text = SourceMap(assemble(PROGRAM, "p.tmc"))
     assert [text.address("p.tmc", line) for line in (1, 3, 15, 16)] == [0, 2, 14, None]
     assert text.address("other.tmc", 1) is None
     assert (text.label(7), text.label(8)) == ("Move", "address 8")
@@ -327,7 +327,7 @@ def test_a_live_session_stops_the_program_and_lets_the_motors_run():
     assembly = assemble("        ROR 0, 500\n        SGP 1, 2, 5\n        SGP 1, 2, 6\n        STOP\n")
     module.eeprom.write_program(assembly.program)
     notes = Notes()
-    session = LiveSession(module, notes, Text(assembly), rig.worlds[0])
+    session = LiveSession(module, notes, SourceMap(assembly), rig.worlds[0])
     session.set_breakpoints(breakpoints(2))
     module.program.run(0)
     run_until(rig, 100 * MS)
@@ -407,7 +407,7 @@ def test_a_live_session_holds_right_after_the_refused_command(refused):
 
 
 def watch(session, *texts, **conditions):
-    session.set_watches([Watch.make(n, text, **conditions) for n, text in enumerate(texts)])
+    session.set_watches([WatchedValue.make(n, text, **conditions) for n, text in enumerate(texts)])
 
 
 def test_a_data_breakpoint_holds_after_the_command_that_changed_the_value():

@@ -11,7 +11,7 @@ from firmware.test_program_properties import PROGRAMS
 from firmware.test_program_properties import started as on_a_bench
 from tmcm34x.clock import MS, pack, run_until, unpack
 from tmcm34x.firmware.module import FirmwareModule
-from tmcm34x.firmware.program import Counts
+from tmcm34x.firmware.program import AddressCounts
 from tmcm34x.tmcl.commands import PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.numbers import AP, COMMAND
@@ -54,9 +54,9 @@ class Looking:
         pass
 
 
-def counted(module: FirmwareModule, clocks: list[int]) -> Counts:
+def counted(module: FirmwareModule, clocks: list[int]) -> AddressCounts:
     """The counts after these times, one after the other."""
-    counts = Counts()
+    counts = AddressCounts()
     module.program.count(counts)
     for length in clocks:
         run_until(module, module.now + length)
@@ -92,7 +92,7 @@ def test_a_round_of_a_cycle_is_known_with_counts_and_without() -> None:
     run_until(module, 1000 * CLOCKS)
     assert set(module.program.round()) == {1, 2, 3}
     assert len(module.program.round()) == 3
-    module.program.count(Counts())
+    module.program.count(AddressCounts())
     run_until(module, 2000 * CLOCKS)
     assert module.program.counts is not None
     assert module.program.registers.counter in {1, 2, 3}

@@ -9,7 +9,7 @@ from tmcm34x.bench import Rig, build
 from tmcm34x.bench.description import parse
 from tmcm34x.chips.tmc423 import Tmc423
 from tmcm34x.clock import MS, run_until
-from tmcm34x.firmware.axis import Search
+from tmcm34x.firmware.axis import ReferenceSearch
 from tmcm34x.firmware.module import FirmwareModule
 
 LEAD_MM = 8.0
@@ -49,7 +49,7 @@ def search(rig: Rig, motor: int = 0, limit_ms: int = 60_000) -> None:
     limit = rig.now + limit_ms * MS
     while rig.modules[0].axes[motor].search and rig.now < limit:
         rig.advance(min(rig.next_event(), limit))
-    assert rig.modules[0].axes[motor].search is Search.IDLE
+    assert rig.modules[0].axes[motor].search is ReferenceSearch.IDLE
 
 
 def carriage_mm(rig: Rig, motor: int = 0) -> float:
@@ -112,7 +112,7 @@ def test_a_search_that_starts_on_the_right_switch_takes_its_edge(mode):
         rig, module = rig_of(axis("left", "reference", "right", start=start))
         value(module, f"SAP 193, 0, {mode}")
         value(module, "RFS START, 0")
-        assert (value(module, "RFS STATUS, 0") == Search.LEAVING_RIGHT) is (start >= 45)
+        assert (value(module, "RFS STATUS, 0") == ReferenceSearch.LEAVING_RIGHT) is (start >= 45)
         search(rig)
         distances.append(value(module, "GAP 196, 0"))
     assert max(distances) - min(distances) <= 2, distances
@@ -123,7 +123,7 @@ def test_a_quarter_of_a_tiny_speed_is_no_speed():
     value(module, "SAP 4, 0, 3")
     value(module, "RFS START, 0")
     run_ms(rig, 60_000)
-    assert value(module, "RFS STATUS, 0") == Search.LEAVING
+    assert value(module, "RFS STATUS, 0") == ReferenceSearch.LEAVING
     assert value(module, "GAP 3, 0") == 0
     value(module, "SAP 195, 0, 1000")
     value(module, "RFS START, 0")
@@ -162,12 +162,12 @@ def top_speeds(*settings: str) -> tuple[int, int]:
     for line in settings:
         direct(module, line)
     direct(module, "RFS START, 0")
-    speeds: dict[Search, int] = {}
+    speeds: dict[ReferenceSearch, int] = {}
     while module.axes[0].search:
         state = module.axes[0].search
         rig.advance(rig.next_event())
         speeds[state] = max(speeds.get(state, 0), abs(value(module, "GAP 3, 0")))
-    return speeds[Search.GOING_LEFT], speeds[Search.REENTERING]
+    return speeds[ReferenceSearch.GOING_LEFT], speeds[ReferenceSearch.REENTERING]
 
 
 def test_search_and_switch_speed_are_parameters_194_and_195() -> None:
@@ -179,7 +179,7 @@ def test_status_tells_what_the_search_does() -> None:
     rig, module = rig_of(axis("left"))
     assert value(module, "RFS STATUS, 0") == 0
     direct(module, "RFS START, 0")
-    assert value(module, "RFS STATUS, 0") == Search.GOING_LEFT
+    assert value(module, "RFS STATUS, 0") == ReferenceSearch.GOING_LEFT
     search(rig)
     assert value(module, "RFS STATUS, 0") == 0
 
@@ -229,10 +229,10 @@ def test_stop_switch_parameters_have_no_influence_and_come_back() -> None:
     assert carriage_mm(rig) < 4.0
 
 
-@pytest.mark.parametrize("stretch", [Search.LEAVING, Search.GOING_TO_ZERO])
+@pytest.mark.parametrize("stretch", [ReferenceSearch.LEAVING, ReferenceSearch.GOING_TO_ZERO])
 @pytest.mark.parametrize(("mode", "stops"), [(1, False), (2, True), (3, True)])
 def test_the_right_switch_stops_a_search_in_modes_2_and_3_only(
-    mode: int, stops: bool, stretch: Search
+    mode: int, stops: bool, stretch: ReferenceSearch
 ) -> None:
     """To the end: on both stretches that lead to the right after the left switch."""
     rig, module = rig_of(axis("left", "right"))
@@ -242,7 +242,7 @@ def test_the_right_switch_stops_a_search_in_modes_2_and_3_only(
         rig.advance(rig.next_event())
     rig.worlds[0].set_switch(0, "right", True)
     run_ms(rig, 5000)
-    assert value(module, "RFS STATUS, 0") == (stretch if stops else Search.IDLE)
+    assert value(module, "RFS STATUS, 0") == (stretch if stops else ReferenceSearch.IDLE)
     assert value(module, "GAP 3, 0") == 0
     rig.worlds[0].set_switch(0, "right", None)
     search(rig)
@@ -257,7 +257,7 @@ def test_a_switch_that_never_comes_leaves_the_program_to_its_time_out() -> None:
     module.program.run()
     run_ms(rig, 2990)
     assert module.board.outputs == 0
-    assert value(module, "RFS STATUS, 0") == Search.GOING_LEFT
+    assert value(module, "RFS STATUS, 0") == ReferenceSearch.GOING_LEFT
     run_ms(rig, 20)
     assert module.board.outputs == 1
     assert value(module, "RFS STATUS, 0") == 0

@@ -24,7 +24,7 @@ from tmcm34x.ide.remote import Remote
 from tmcm34x.ide.target import Target
 from tmcm34x.ide.telegrams import Telegrams
 from tmcm34x.ide.virtual import Virtual
-from tmcm34x.ide.workspace import Workspace
+from tmcm34x.ide.workspace import OpenFolder
 from tmcm34x.server import Server
 
 TOKEN = "let-me-in"
@@ -265,7 +265,7 @@ async def running(
 ) -> AsyncIterator[Ide]:
     """A server on a free port of loopback."""
     module, telegrams = target or virtual()
-    hub = Hub(Workspace(folder), module, telegrams, show or [], modules)
+    hub = Hub(OpenFolder(folder), module, telegrams, show or [], modules)
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     listener.bind(("127.0.0.1", 0))
     listener.listen()

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from ide.ide_driver import running, virtual
 from tmcm34x.clock import HZ
 from tmcm34x.ide import wire
-from tmcm34x.ide.debug_messages import Emission, Window, event_of
+from tmcm34x.ide.debug_messages import DebugWindow, Emission, event_of
 from tmcm34x.ide.debugger import MESSAGES, Debugger
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -309,7 +309,7 @@ def test_a_log_point_in_a_fast_loop_floods_nobody(tmp_path):
 
 def test_between_two_looks_a_window_is_sent_a_few_messages_and_how_many_more_there_were():
     debugger, sent = Debugger(None, None, None, None, None), []
-    debugger._windows.add(Window(sent.append))
+    debugger._windows.add(DebugWindow(sent.append))
     message = event_of("output", category="console", output="again\n", line=1)
     for _ in range(2):
         sent.clear()

@@ -17,7 +17,7 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
 from ide.ide_driver import TOKEN, Ide, running
 from tmcm34x.ide import wire
-from tmcm34x.ide.workspace import Workspace
+from tmcm34x.ide.workspace import OpenFolder
 
 SOCKETS = ("/wire", "/lsp", "/dap")
 SECRET = "Secret-of-another-folder"
@@ -169,7 +169,7 @@ def test_windows_that_flood_vanish_and_never_read_are_forgotten(folder, path, ca
 
 
 def test_no_name_of_a_file_leads_out_of_the_folder(folder):
-    workspace = Workspace(folder)
+    workspace = OpenFolder(folder)
     for path in OUTSIDE:
         for act in (workspace.read, lambda name: workspace.rename(name, name + "/new.tmc")):
             with pytest.raises(wire.RefusalError) as refused:

@@ -14,7 +14,7 @@ from ide.ide_driver import running, virtual
 from tmcm34x.bench import simple_rig
 from tmcm34x.clock import HZ, MS
 from tmcm34x.debug.sessions.search import UnfinishedError
-from tmcm34x.debug.watches import Watch
+from tmcm34x.debug.watches import WatchedValue
 from tmcm34x.firmware.axis import X_ACTUAL
 from tmcm34x.firmware.ports.can import CanPort
 from tmcm34x.ide import wire
@@ -358,7 +358,7 @@ def held_by(work, **options):
 
 
 def test_a_position_that_is_passed_holds_at_the_microstep_while_the_program_waits():
-    bench = held_by(lambda bench: bench.session.set_watches([Watch.make(1, "ap[1][0] passes 5000")]))
+    bench = held_by(lambda bench: bench.session.set_watches([WatchedValue.make(1, "ap[1][0] passes 5000")]))
     ((clock, position, counter),) = bench.notes.places
     assert (bench.session.stop.reason, position, counter) == ("data breakpoint", 5000, 1)
     bench.past.show(clock - 1, None)

@@ -6,7 +6,7 @@ import os
 import pytest
 
 from tmcm34x.ide.wire import RefusalError
-from tmcm34x.ide.workspace import MAX_BYTES, OVERWRITE, Workspace
+from tmcm34x.ide.workspace import MAX_BYTES, OVERWRITE, OpenFolder
 
 
 def _code(action, *arguments) -> str:
@@ -20,7 +20,7 @@ def workspace(tmp_path):
     folder = tmp_path / "work"
     folder.mkdir()
     (tmp_path / "secret.tmc").write_text("STOP\n")
-    return Workspace(folder)
+    return OpenFolder(folder)
 
 
 @pytest.mark.parametrize(
@@ -178,15 +178,15 @@ def test_named_files_open_their_common_folder(tmp_path):
     for name in ("x/a.tmc", "x/y/b.tmc"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("STOP\n")
-    workspace, shown = Workspace.of([tmp_path / "x/a.tmc", tmp_path / "x/y/b.tmc"])
+    workspace, shown = OpenFolder.of([tmp_path / "x/a.tmc", tmp_path / "x/y/b.tmc"])
     assert workspace.folder == (tmp_path / "x").resolve()
     assert shown == ["a.tmc", "y/b.tmc"]
-    assert Workspace.of([tmp_path / "x"])[1] == []
+    assert OpenFolder.of([tmp_path / "x"])[1] == []
 
 
 def test_a_file_named_by_the_user_is_shown_and_saved_whatever_its_name_ends_in(tmp_path):
     (tmp_path / "old.asm").write_text("STOP\n")
-    workspace, show = Workspace.of([tmp_path / "old.asm"])
+    workspace, show = OpenFolder.of([tmp_path / "old.asm"])
     assert show == ["old.asm"]
     assert [entry.path for entry in workspace.files()] == ["old.asm"]
     workspace.write("old.asm", "STOP // kept\n", workspace.read("old.asm").stamp, "\n")
@@ -196,7 +196,7 @@ def test_a_file_named_by_the_user_is_shown_and_saved_whatever_its_name_ends_in(t
 def test_a_pipe_or_a_folder_is_not_written_to(tmp_path):
     os.mkfifo(tmp_path / "pipe.tmc")
     (tmp_path / "folder.tmc").mkdir()
-    workspace = Workspace(tmp_path)
+    workspace = OpenFolder(tmp_path)
     for name in ("pipe.tmc", "folder.tmc"):
         with pytest.raises(RefusalError) as error:
             workspace.write(name, "STOP\n", OVERWRITE, "\n")

@@ -9,7 +9,7 @@ import tty
 import pytest
 
 from links.descriptors import reads
-from tmcm34x.links import LinkError
+from tmcm34x.links import LinkOpenError
 from tmcm34x.links.posix.pty import PtyLink
 
 
@@ -208,7 +208,7 @@ def test_a_link_path_that_is_taken_is_refused_and_left_alone(tmp_path, content):
         link.symlink_to("/dev/null")
 
     async def scenario():
-        with pytest.raises(LinkError, match="already there"):
+        with pytest.raises(LinkOpenError, match="already there"):
             await PtyLink(str(link)).open(Echo().connect)
 
     asyncio.run(scenario())
@@ -217,7 +217,7 @@ def test_a_link_path_that_is_taken_is_refused_and_left_alone(tmp_path, content):
 
 def test_a_link_in_a_missing_folder_is_refused(tmp_path):
     async def scenario():
-        with pytest.raises(LinkError, match="No such file"):
+        with pytest.raises(LinkOpenError, match="No such file"):
             await PtyLink(str(tmp_path / "none" / "module")).open(Echo().connect)
 
     asyncio.run(scenario())

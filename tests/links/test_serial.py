@@ -7,7 +7,7 @@ import tty
 import pytest
 
 from links.descriptors import reads
-from tmcm34x.links import LinkError
+from tmcm34x.links import LinkOpenError
 from tmcm34x.links.serial import SerialLink
 
 
@@ -56,7 +56,7 @@ def test_a_port_that_is_used_already_is_refused(cable):
     async def scenario():
         link = SerialLink(path, 9600)
         await link.open(Echo().connect)
-        with pytest.raises(LinkError, match=f"cannot open {path}"):
+        with pytest.raises(LinkOpenError, match=f"cannot open {path}"):
             await SerialLink(path, 9600).open(Echo().connect)
         link.close()
 
@@ -66,7 +66,7 @@ def test_a_port_that_is_used_already_is_refused(cable):
 @pytest.mark.parametrize("device", ["/dev/no-such-port", "/dev/null"])
 def test_what_is_no_port_is_refused_in_one_line(device):
     async def scenario():
-        with pytest.raises(LinkError, match=f"cannot open {device}") as caught:
+        with pytest.raises(LinkOpenError, match=f"cannot open {device}") as caught:
             await SerialLink(device, 9600).open(Echo().connect)
         assert "\n" not in str(caught.value)
 

@@ -9,7 +9,7 @@ import struct
 import pytest
 
 from conftest import PATIENCE_S
-from tmcm34x.links import LinkError, tcp
+from tmcm34x.links import LinkOpenError, tcp
 from tmcm34x.links.tcp import TcpLink
 
 
@@ -104,7 +104,7 @@ def test_a_port_in_use_is_refused_in_one_line():
     async def scenario():
         with socket.create_server(("127.0.0.1", 0)) as taken:
             port = taken.getsockname()[1]
-            with pytest.raises(LinkError) as caught:
+            with pytest.raises(LinkOpenError) as caught:
                 await TcpLink("127.0.0.1", port).open(Echo().connect)
             assert str(caught.value) == f"cannot listen on 127.0.0.1:{port}: Address already in use"
 
@@ -113,7 +113,7 @@ def test_a_port_in_use_is_refused_in_one_line():
 
 def test_an_unknown_host_is_refused():
     async def scenario():
-        with pytest.raises(LinkError, match=r"cannot listen on no-such-host\.invalid:0"):
+        with pytest.raises(LinkOpenError, match=r"cannot listen on no-such-host\.invalid:0"):
             await TcpLink("no-such-host.invalid", 0).open(Echo().connect)
 
     asyncio.run(scenario())

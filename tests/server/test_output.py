@@ -3,12 +3,12 @@
 import os
 
 from tmcm34x.server import output
-from tmcm34x.server.output import Output
+from tmcm34x.server.output import OutputLines
 
 
 def test_lines_arrive_in_order():
     reads, writes = os.pipe()
-    lines = Output(writes)
+    lines = OutputLines(writes)
     for number in range(100):
         lines.write(f"{number}\n")
     lines.close()
@@ -20,7 +20,7 @@ def test_lines_arrive_in_order():
 def test_a_pipe_that_is_not_read_holds_up_nothing_and_what_is_missing_is_counted(monkeypatch):
     monkeypatch.setattr(output, "LONGEST_QUEUE", 10)
     reads, writes = os.pipe()
-    lines = Output(writes)
+    lines = OutputLines(writes)
     count = 3000  # of 100 bytes: more than a pipe and the queue hold
     for number in range(count):
         lines.write(f"{number:99}\n")
@@ -42,7 +42,7 @@ def test_a_pipe_that_is_not_read_holds_up_nothing_and_what_is_missing_is_counted
 def test_an_output_that_is_closed_at_the_other_end_is_reported():
     reads, writes = os.pipe()
     os.close(reads)
-    lines, errors = Output(writes), []
+    lines, errors = OutputLines(writes), []
     lines.lost = errors.append
     lines.write("anything\n")
     lines.close()

@@ -12,7 +12,7 @@ import serial
 from tmcm34x.bench import BenchError
 from tmcm34x.bench.action import ActionError
 from tmcm34x.host import GarbledReplyError
-from tmcm34x.links import LinkError
+from tmcm34x.links import LinkOpenError
 from tmcm34x.links.faults import FaultError
 from tmcm34x.testing import TooLateError, VirtualModule
 from tmcm34x.testing.report import plot, report
@@ -354,7 +354,7 @@ def test_the_host_library_talks_to_it_in_virtual_time(module):
 def test_a_port_name_of_ones_own_is_taken_once(module, tmp_path):
     name = str(tmp_path / "tmcm")
     assert module.open_port(name) == name
-    with VirtualModule(343) as other, pytest.raises(LinkError, match="tmcm is already there"):
+    with VirtualModule(343) as other, pytest.raises(LinkOpenError, match="tmcm is already there"):
         other.open_port(name)
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tmcm34x.toolchain.expressions import FUNCTIONS, ExpressionError, compile_expression, evaluate
+from tmcm34x.toolchain.expressions import FUNCTIONS, SourceExpressionError, compile_expression, evaluate
 from tmcm34x.toolchain.tokens import tokenize
 
 NAMES = {"X": 3.0, "Y": 0.5}
@@ -58,7 +58,7 @@ def test_what_has_no_value_is_told(text):
         with pytest.raises(KeyError):
             value(text)
         return
-    with pytest.raises(ExpressionError) as caught:
+    with pytest.raises(SourceExpressionError) as caught:
         value(text)
     _, start, end, *_ = caught.value.problem
     assert 0 <= start < end <= len(text)
@@ -80,7 +80,7 @@ def test_expressions_agree_with_python(text):
         expected = None
     try:
         result = value(text)
-    except ExpressionError:
+    except SourceExpressionError:
         result = None
     if expected is None or abs(expected) > 1e300:
         return

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from firmware.test_program_properties import PROGRAMS, state
 from tmcm34x.bench import simple_rig
 from tmcm34x.clock import MS, run_until
-from tmcm34x.firmware.program import Counts
+from tmcm34x.firmware.program import AddressCounts
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import assemble
 from tmcm34x.trace.coverage import (
@@ -43,7 +43,7 @@ Never:  SIO 1, 2, 1
 def counted(source: str):
     assembly = assemble(source)
     rig = simple_rig(343)
-    counts = Counts()
+    counts = AddressCounts()
     program = rig.modules[0].program
     rig.modules[0].eeprom.write_program(assembly.program)
     program.count(counts)
@@ -85,7 +85,7 @@ def test_counting_counts_what_is_executed_and_changes_nothing(
     program: list[Instruction], slices: list[int]
 ) -> None:
     plain, rig = simple_rig(343), simple_rig(343)
-    counts, seen = Counts(), Seen()
+    counts, seen = AddressCounts(), Seen()
     plain.modules[0].observers.append(seen)
     rig.modules[0].program.count(counts)
     for each in (plain, rig):

@@ -35,7 +35,7 @@ class Action(NamedTuple):
     operands: tuple[Value, ...]
 
 
-class Operand(NamedTuple):
+class ActionOperand(NamedTuple):
     """One operand of an action: what it means, and which values it takes."""
 
     name: str
@@ -47,7 +47,7 @@ class ActionRow(NamedTuple):
     """An action: its operands in order, what it does, and the method of the world that does it."""
 
     meaning: str
-    operands: tuple[Operand, ...]
+    operands: tuple[ActionOperand, ...]
     do: Callable[..., None]
 
 
@@ -75,9 +75,9 @@ def _held(value: object) -> bool:
     return value is None or type(value) is bool
 
 
-_MOTOR: Final = Operand("motor", f"motor 0..{MOTORS - 1}", _whole(0, MOTORS - 1))
-_SIDE: Final = Operand("side", "left or right", _one_of("left", "right"))
-_ON: Final = Operand("on", "true or false", _switched)
+_MOTOR: Final = ActionOperand("motor", f"motor 0..{MOTORS - 1}", _whole(0, MOTORS - 1))
+_SIDE: Final = ActionOperand("side", "left or right", _one_of("left", "right"))
+_ON: Final = ActionOperand("on", "true or false", _switched)
 
 
 def _previous(value: int) -> SpiDevice:
@@ -95,43 +95,43 @@ def _attach(world: World, select: int, device: str, value: int) -> None:
 ACTIONS: Final[Mapping[str, ActionRow]] = {
     "switch": ActionRow(
         "hold a switch line active or inactive, or give it back to its switches",
-        (_MOTOR, _SIDE, Operand("active", "true, false or null", _held)),
+        (_MOTOR, _SIDE, ActionOperand("active", "true, false or null", _held)),
         World.set_switch,
     ),
     "unplug": ActionRow("break the cable of a switch line, or mend it", (_MOTOR, _SIDE, _ON), World.unplug),
     "level": ActionRow(
         "hold an input at a level, or give it back to its source",
         (
-            Operand("input", f"input 0..7, or {SHUTDOWN} for SHUTDOWN", _whole(0, SHUTDOWN)),
-            Operand("level", f"0..{ANALOG_MAX}, or null (on the command line: auto)", _level),
+            ActionOperand("input", f"input 0..7, or {SHUTDOWN} for SHUTDOWN", _whole(0, SHUTDOWN)),
+            ActionOperand("level", f"0..{ANALOG_MAX}, or null (on the command line: auto)", _level),
         ),
         World.set_level,
     ),
     "fault": ActionRow(
         "raise or end a fault of a driver",
-        (_MOTOR, Operand("fault", f"one of {', '.join(FAULTS)}", _one_of(*FAULTS)), _ON),
+        (_MOTOR, ActionOperand("fault", f"one of {', '.join(FAULTS)}", _one_of(*FAULTS)), _ON),
         World.set_fault,
     ),
     "push": ActionRow(
         "load a shaft with a torque; a positive torque pushes toward lower positions",
-        (_MOTOR, Operand("torque_nm", "torque in newton metres", _number)),
+        (_MOTOR, ActionOperand("torque_nm", "torque in newton metres", _number)),
         World.push,
     ),
     "move": ActionRow(
         "take a load to a position by force",
-        (_MOTOR, Operand("position", "position in millimetres or degrees", _number)),
+        (_MOTOR, ActionOperand("position", "position in millimetres or degrees", _number)),
         World.move,
     ),
     "spi": ActionRow(
         "put a device on a select line of the SPI bus, instead of what is there",
         (
-            Operand("select", f"select line 0..{SELECTS - 1}", _whole(0, SELECTS - 1)),
-            Operand(
+            ActionOperand("select", f"select line 0..{SELECTS - 1}", _whole(0, SELECTS - 1)),
+            ActionOperand(
                 "device",
                 "previous, which answers with the previous transfer, or constant",
                 _one_of(*_DEVICES),
             ),
-            Operand("value", "what constant answers, 32 bits", _whole(0, 0xFFFF_FFFF)),
+            ActionOperand("value", "what constant answers, 32 bits", _whole(0, 0xFFFF_FFFF)),
         ),
         _attach,
     ),

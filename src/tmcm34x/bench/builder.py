@@ -261,7 +261,7 @@ def _connect_inputs(path: str, described: inputs.Inputs, world: World, worlds: S
 
 def _source(
     path: str, row: inputs.Source, number: int, world: World, worlds: Sequence[World]
-) -> signal.Source:
+) -> signal.Signal:
     match row:
         case inputs.Constant():
             return signal.Constant(row.value)
@@ -286,7 +286,7 @@ def _ms(value: float) -> int:
     return round(value * MS)
 
 
-def _table(path: str, row: inputs.Table) -> signal.Source:
+def _table(path: str, row: inputs.Table) -> signal.Signal:
     times = [_ms(time) for time, _ in row.points]
     levels = [level for _, level in row.points]
     _check_rising(f"{path}.points", times)
@@ -299,7 +299,7 @@ def _table(path: str, row: inputs.Table) -> signal.Source:
     return signal.Table(tuple(times), tuple(levels), period, row.interpolated)
 
 
-def _wire(path: str, row: inputs.Output, world: World, worlds: Sequence[World]) -> signal.Source:
+def _wire(path: str, row: inputs.Output, world: World, worlds: Sequence[World]) -> signal.Signal:
     if row.module is not None and row.module >= len(worlds):
         raise BenchError(f"{path}.module: there are {len(worlds)} modules")
     board = (world if row.module is None else worlds[row.module]).module.board
@@ -307,7 +307,7 @@ def _wire(path: str, row: inputs.Output, world: World, worlds: Sequence[World]) 
     return signal.Wire(partial(_output_level, board, row))
 
 
-def _potentiometer(path: str, row: inputs.Position, world: World) -> signal.Source:
+def _potentiometer(path: str, row: inputs.Position, world: World) -> signal.Signal:
     if row.low == row.high:
         raise BenchError(f"{path}.high: expected another position than low")
     return signal.Wire(partial(_potentiometer_level, world.mounts[row.motor], row))

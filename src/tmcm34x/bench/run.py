@@ -44,7 +44,7 @@ _NEAR: Final = 2
 _POS: Final = dict(WAIT_TYPES)["POS"]
 
 
-class Timed(Protocol):
+class TimedRig(Protocol):
     """The rig, or the rig with recorders around it."""
 
     @property
@@ -83,7 +83,7 @@ class Run:
     def __init__(
         self,
         rig: Rig,
-        part: Timed | None = None,
+        part: TimedRig | None = None,
         condition: Callable[[], bool] | None = None,
         looks: Callable[[], int] = _never,
     ) -> None:
@@ -93,7 +93,7 @@ class Run:
         """Why the run is over; empty while it is not."""
         self.refusals: Counter[ProgramError] = Counter()
         """Commands that were refused, or where the program ran past its end, and how often; in order of the first."""
-        self._part: Timed = rig if part is None else part
+        self._part: TimedRig = rig if part is None else part
         self._condition = condition
         self._looks = looks
         self._holds = False

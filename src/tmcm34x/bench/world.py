@@ -16,7 +16,7 @@ from tmcm34x.chips.tmc423 import Tmc423
 from tmcm34x.clock import NEVER, Value
 from tmcm34x.world import device
 from tmcm34x.world.shaft import Encoder
-from tmcm34x.world.signal import THRESHOLD, Constant, Source, Wire
+from tmcm34x.world.signal import THRESHOLD, Constant, Signal, Wire
 from tmcm34x.world.switch import SwitchInput
 
 if TYPE_CHECKING:
@@ -56,14 +56,14 @@ class World:
         self.plane: tuple[int, int] | None = None
         """Motors of two carriages that move one tool, X first."""
         self._by_wiring = {board.wiring(mount.motor): mount for mount in self.mounts}
-        self._sources: dict[int, Source] = {}
-        self._overrides: dict[int, Source] = {}
+        self._sources: dict[int, Signal] = {}
+        self._overrides: dict[int, Signal] = {}
         for index, chip in enumerate(board.chips):
             chip.on_plan.append(partial(self._plan_changed, index))
             chip.on_restart.append(partial(self._restarting, index))
         board.on_current.append(self._current_changed)
 
-    def connect(self, number: int, source: Source) -> None:
+    def connect(self, number: int, source: Signal) -> None:
         """Drive input 0..7, or SHUTDOWN as number 8."""
         self._sources[number] = source
         self._attach(number)
@@ -197,7 +197,7 @@ class World:
 
     # Inputs
 
-    def _source(self, number: int) -> Source:
+    def _source(self, number: int) -> Signal:
         return self._overrides.get(number) or self._sources.get(number) or Constant(0)
 
     def level(self, number: int) -> int:

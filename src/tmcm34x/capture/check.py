@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from tmcm34x.capture.fidelity import Entry, touched
+from tmcm34x.capture.fidelity import FidelityEntry, touched
 from tmcm34x.capture.record import NS, Record, RecordingError, kind_of, origin_ns
 from tmcm34x.clock import HZ, NEVER, run_until
 from tmcm34x.firmware.ports.can import CanPort
@@ -42,7 +42,7 @@ _TIMED_GLOBAL: Final = frozenset(
 )
 
 
-class Difference(NamedTuple):
+class ReplyDifference(NamedTuple):
     """A reply that is not as recorded.
 
     request: the last one before it
@@ -56,7 +56,7 @@ class Difference(NamedTuple):
     timing: bool
 
     @property
-    def entries(self) -> list[Entry]:
+    def entries(self) -> list[FidelityEntry]:
         """The fidelity entries that the command touches."""
         instruction = None if self.request is None else self.request.instruction
         return [] if instruction is None else touched(instruction)
@@ -89,7 +89,7 @@ class RecordedLine:
         self.send(request)
 
 
-def check(records: Sequence[Record], rig: Rig) -> list[Difference]:
+def check(records: Sequence[Record], rig: Rig) -> list[ReplyDifference]:
     """Play the requests of a recording against `rig`; returns all differences, in the order of time.
 
     Raises `RecordingError` for a time that no clock reaches.
@@ -159,7 +159,7 @@ class _Player:
         return round(self._rig.now * NS / HZ)
 
 
-def _compare(line: RecordedLine) -> Iterator[Difference]:
+def _compare(line: RecordedLine) -> Iterator[ReplyDifference]:
     """The differences of one line."""
     for request, recorded, ours in zip(line.requests, line.recorded, line.ours, strict=True):
         pairs = zip_longest(_first(recorded), _first(ours))
@@ -199,8 +199,8 @@ def _same(recorded: Record | None, ours: Record | None) -> bool:
     return (recorded.data, recorded.identifier) == (ours.data, ours.identifier)
 
 
-def _difference(request: Record | None, recorded: Record | None, ours: Record | None) -> Difference:
-    return Difference(request, recorded, ours, _depends_on_time(request, recorded, ours))
+def _difference(request: Record | None, recorded: Record | None, ours: Record | None) -> ReplyDifference:
+    return ReplyDifference(request, recorded, ours, _depends_on_time(request, recorded, ours))
 
 
 def _depends_on_time(request: Record | None, recorded: Record | None, ours: Record | None) -> bool:

@@ -17,7 +17,7 @@ MOST: int = 3
 """Entries named for a difference."""
 
 
-class Entry(NamedTuple):
+class FidelityEntry(NamedTuple):
     """One entry: where the manual is silent or wrong, and a choice was made."""
 
     number: str
@@ -30,11 +30,13 @@ class Entry(NamedTuple):
 
 
 @cache
-def entries() -> tuple[Entry, ...]:
+def entries() -> tuple[FidelityEntry, ...]:
     """All of them."""
     text = files("tmcm34x.capture").joinpath("fidelity.tsv").read_text("utf-8")
     rows = [row.split("\t") for row in text.splitlines() if row and not row.startswith("#")]
-    return tuple(Entry(number, title, sure, frozenset(keys.split())) for number, title, sure, keys in rows)
+    return tuple(
+        FidelityEntry(number, title, sure, frozenset(keys.split())) for number, title, sure, keys in rows
+    )
 
 
 def keys_of(instruction: Instruction) -> tuple[str, ...]:
@@ -51,9 +53,9 @@ def keys_of(instruction: Instruction) -> tuple[str, ...]:
     return (name,)
 
 
-def touched(instruction: Instruction) -> list[Entry]:
+def touched(instruction: Instruction) -> list[FidelityEntry]:
     """The entries that name a command, those that name its parameter first; at most `MOST`."""
-    found: list[Entry] = []
+    found: list[FidelityEntry] = []
     for key in keys_of(instruction):
         found += [entry for entry in entries() if key in entry.keys and entry not in found]
     return found[:MOST]

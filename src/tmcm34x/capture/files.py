@@ -101,7 +101,7 @@ def form_of(path: Path) -> Form:
     return form
 
 
-class Recorder:
+class RecordingWriter:
     """Writes a recording while it is made, record by record; a context manager.
 
     anonymous: name lines by number, and leave out texts
@@ -139,7 +139,7 @@ class Recorder:
         """End the file."""
         self._file.close()
 
-    def __enter__(self) -> Recorder:
+    def __enter__(self) -> RecordingWriter:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -149,7 +149,7 @@ class Recorder:
 def write(records: Iterable[Record], path: Path, *, anonymous: bool = False) -> int:
     """Write a recording; returns how many records the file's form could take.  Raises `RecordingError`."""
     written = 0
-    with Recorder(path, anonymous=anonymous) as recorder:
+    with RecordingWriter(path, anonymous=anonymous) as recorder:
         for record in records:
             recorder.add(record)
             written += path.suffix != ".log" or record.identifier != NO_IDENTIFIER

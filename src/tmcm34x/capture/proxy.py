@@ -11,10 +11,10 @@ from collections.abc import Callable
 from functools import partial
 from typing import Final
 
-from tmcm34x.capture.files import Recorder
+from tmcm34x.capture.files import RecordingWriter
 from tmcm34x.capture.record import RecordingError, from_sink
 from tmcm34x.clock import HZ
-from tmcm34x.links import EXTENDED, BusPeer, Link, LinkError, Peer, Send, SendFrame
+from tmcm34x.links import EXTENDED, BusPeer, Link, LinkOpenError, Peer, Send, SendFrame
 from tmcm34x.server.telegram_log import LineLog, Sink
 from tmcm34x.tmcl.telegrams import Direction, Kind
 
@@ -63,7 +63,7 @@ class Tape:
     lost: called with the reason when nothing can be recorded
     """
 
-    def __init__(self, recorder: Recorder, lost: Callable[[Exception], None]) -> None:
+    def __init__(self, recorder: RecordingWriter, lost: Callable[[Exception], None]) -> None:
         self._recorder = recorder
         self.lost = lost
         self._start_s = time.monotonic()
@@ -145,7 +145,7 @@ class Proxy:
 
     def module_gone(self) -> None:
         """The module's side is closed."""
-        self.tape.lost(LinkError("the module's side has hung up"))
+        self.tape.lost(LinkOpenError("the module's side has hung up"))
 
 
 class _Client:
@@ -173,19 +173,19 @@ class _Module:
 
 
 async def open_serial(proxy: Proxy, link: Link) -> str:
-    """The module at the other end of a serial port.  Raises `LinkError`."""
+    """The module at the other end of a serial port.  Raises `LinkOpenError`."""
     return await link.open(lambda _, send: _Module(proxy, send))
 
 
 async def open_tcp(proxy: Proxy, host: str, port: int) -> asyncio.Transport:
-    """The module behind a socket.  Raises `LinkError`."""
+    """The module behind a socket.  Raises `LinkOpenError`."""
     loop = asyncio.get_running_loop()
     try:
         connecting = loop.create_connection(lambda: _Socket(proxy), host, port)
         transport, _ = await asyncio.wait_for(connecting, CONNECT_S)
     except (OSError, TimeoutError) as error:
         reason = getattr(error, "strerror", None) or "no answer"
-        raise LinkError(f"cannot connect to {host}:{port}: {reason}") from error
+        raise LinkOpenError(f"cannot connect to {host}:{port}: {reason}") from error
     proxy.to_module(transport.write)
     return transport
 

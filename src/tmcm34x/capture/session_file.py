@@ -149,7 +149,7 @@ def _records(case: Case) -> Iterator[tuple[int, Record]]:
         time_ns = round(now * NS / HZ)
         direction: Direction = ">" if action.asks else "<"
         match action:
-            case actions.Wait(clocks):
+            case actions.PassTime(clocks):
                 now += clocks
             case actions.Address(module, other):
                 address, host = module, host if other is None else other

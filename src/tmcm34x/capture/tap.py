@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tmcm34x.capture.files import Recorder
+from tmcm34x.capture.files import RecordingWriter
 from tmcm34x.capture.record import NS, from_sink
 from tmcm34x.clock import HZ
 from tmcm34x.server.telegram_log import Sink
@@ -12,7 +12,7 @@ from tmcm34x.tmcl.telegrams import Direction, Kind
 class Tap:
     """A sink of a server that records; `also` gets the telegrams too."""
 
-    def __init__(self, recorder: Recorder, also: Sink | None = None) -> None:
+    def __init__(self, recorder: RecordingWriter, also: Sink | None = None) -> None:
         self._recorder = recorder
         self.also = also
 

@@ -13,7 +13,7 @@ from tmcm34x.cli.source_files import MODELS, read_bytes
 
 if TYPE_CHECKING:
     from tmcm34x.bench.rig import Rig
-    from tmcm34x.capture.check import Difference
+    from tmcm34x.capture.check import ReplyDifference
 
 _PATH = click.Path(path_type=Path)
 _SHOWN = 20
@@ -73,7 +73,7 @@ def command(
     return int(bool(counted))
 
 
-def _print(difference: Difference) -> None:
+def _print(difference: ReplyDifference) -> None:
     click.echo(str(difference))
     for entry in difference.entries:
         click.echo(f"{'':14}touches {entry}")

@@ -19,7 +19,7 @@ from tmcm34x.trace.tracefile import read_tracefile, write_tracefile
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.module import FirmwareModule
-    from tmcm34x.firmware.program import Counts
+    from tmcm34x.firmware.program import AddressCounts
     from tmcm34x.toolchain.assembler import Assembly
 
 _MOST_LINES: Final = 20
@@ -46,7 +46,7 @@ def check(options: dict[str, Any], assembly: Assembly | None) -> Coverage:
         raise CliError(f"{path}: {error.strerror}") from None
 
 
-def write(path: Path, assembly: Assembly, counts: Counts, earlier: Coverage) -> None:
+def write(path: Path, assembly: Assembly, counts: AddressCounts, earlier: Coverage) -> None:
     """Write the tracefile, and the page beside it."""
     try:
         result = added(coverage(assembly, counts), earlier, assembly.left_out)
@@ -55,7 +55,7 @@ def write(path: Path, assembly: Assembly, counts: Counts, earlier: Coverage) -> 
         raise CliError(f"{error.filename}: {error.strerror}") from None
 
 
-def profile(assembly: Assembly, counts: Counts, module: FirmwareModule) -> str:
+def profile(assembly: Assembly, counts: AddressCounts, module: FirmwareModule) -> str:
     """The tables of subroutines and lines."""
     clocks = module.instruction_clocks
     subroutines = subroutine_costs(assembly, counts, clocks)

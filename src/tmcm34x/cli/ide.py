@@ -136,11 +136,11 @@ async def _serve(
     from tmcm34x.ide.application import LOOPBACK, Application
     from tmcm34x.ide.hub import Hub
     from tmcm34x.ide.telegrams import Telegrams
-    from tmcm34x.ide.workspace import Workspace
+    from tmcm34x.ide.workspace import OpenFolder
 
     port = listener.getsockname()[1]
     token = secrets.token_urlsafe(24)
-    workspace, show = Workspace.of(paths)
+    workspace, show = OpenFolder.of(paths)
     telegrams = Telegrams()
     loopback = host in link_options.LOOPBACK_HOSTS
     modules = _modules(options, telegrams, loopback)

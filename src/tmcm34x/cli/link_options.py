@@ -207,7 +207,7 @@ async def open_links(
     server: Server, links: Sequence[tuple[Link, int | None]], can_links: Sequence[CanLink]
 ) -> list[str]:
     """Open them, serial ones each with the number of the one module on it or None; print and return where each is."""
-    from tmcm34x.links import LinkError
+    from tmcm34x.links import LinkOpenError
 
     ready: list[str] = []
     try:
@@ -217,20 +217,20 @@ async def open_links(
         for can_link in can_links:
             ready.append(f"{can_link.kind} {await server.open_can(can_link)}")
             click.echo(f"ready {ready[-1]}")
-    except LinkError as error:
+    except LinkOpenError as error:
         raise CliError(str(error)) from error
     return ready
 
 
 async def open_control(server: Server, control: Control) -> str:
     """Open the control socket, which is closed with the links of `server`; print and return where it is."""
-    from tmcm34x.links import LinkError
+    from tmcm34x.links import LinkOpenError
 
     server.on_close.append(control.close)
 
     try:
         ready = f"control {await control.open()}"
-    except LinkError as error:
+    except LinkOpenError as error:
         raise CliError(str(error)) from error
     click.echo(f"ready {ready}")
     return ready

@@ -13,7 +13,7 @@ import click
 from tmcm34x.bench.session.errors import SessionError, SessionFailedError
 from tmcm34x.bench.session.language import MODELS, Case, load
 from tmcm34x.bench.session.player import CAN, SERIAL, Player
-from tmcm34x.bench.session.runner import Result, moving_line, run, run_real
+from tmcm34x.bench.session.runner import CaseResult, moving_line, run, run_real
 from tmcm34x.cli import CliError
 from tmcm34x.cli.outputs import FILE_IN, FILE_OUT, FILES_IN, write
 from tmcm34x.cli.source_files import MODELS as MODEL_NAMES
@@ -135,7 +135,7 @@ def _files(paths: Sequence[Path]) -> Iterator[Path]:
 # Playing
 
 
-def _virtual(cases: Sequence[Case], options: dict[str, Any]) -> Iterator[Result]:
+def _virtual(cases: Sequence[Case], options: dict[str, Any]) -> Iterator[CaseResult]:
     models = frozenset(map(int, options["models"])) or MODELS
     kinds = frozenset(options["links"]) or frozenset({SERIAL, CAN})
     bench = "" if options["bench"] is None else _read_bench(options["bench"])
@@ -155,7 +155,7 @@ def _read_bench(path: Path) -> str:
     return data.decode("utf-8")
 
 
-def _real(cases: Sequence[Case], options: dict[str, Any]) -> Iterator[Result]:
+def _real(cases: Sequence[Case], options: dict[str, Any]) -> Iterator[CaseResult]:
     from tmcm34x.bench.session.real import kind_of, real_player
     from tmcm34x.host import Connection, HostError
 
@@ -202,9 +202,9 @@ def _ask(cases: Iterable[Case], model: int, options: dict[str, Any]) -> None:
 # Telling
 
 
-def _show(results: Iterable[Result], options: dict[str, Any]) -> list[Result]:
+def _show(results: Iterable[CaseResult], options: dict[str, Any]) -> list[CaseResult]:
     """Print what comes, file by file, and give it back."""
-    played: list[Result] = []
+    played: list[CaseResult] = []
     progress = _Progress(options["quiet"])
     for result in results:
         progress.show(result)
@@ -219,7 +219,7 @@ def _show(results: Iterable[Result], options: dict[str, Any]) -> list[Result]:
     return played
 
 
-def _failure(result: Result, same: bool) -> str:
+def _failure(result: CaseResult, same: bool) -> str:
     """What went wrong, or that the same did on another model or kind of line."""
     where = f"{result.model} {result.kind}"
     if same:
@@ -236,9 +236,9 @@ class _Progress:
         self._quiet = quiet
         self._live = sys.stdout.isatty() and not quiet
         self._path: Path | None = None
-        self._results: list[Result] = []
+        self._results: list[CaseResult] = []
 
-    def show(self, result: Result) -> None:
+    def show(self, result: CaseResult) -> None:
         """One more."""
         if result.case.path != self._path:
             self.finish()
@@ -266,7 +266,7 @@ class _Progress:
         return f"{self._path}: {len(self._results)} played, {lines} lines, {state}"
 
 
-def _sum(played: Sequence[Result], unread: int, wall_s: float) -> str:
+def _sum(played: Sequence[CaseResult], unread: int, wall_s: float) -> str:
     """The last line."""
     failed = sum(result.error is not None for result in played)
     lines = sum(result.lines for result in played)

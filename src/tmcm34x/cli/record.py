@@ -15,7 +15,7 @@ from tmcm34x.cli.signals import stop_on_signals
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
-    from tmcm34x.capture.files import Recorder
+    from tmcm34x.capture.files import RecordingWriter
     from tmcm34x.capture.proxy import Tape
     from tmcm34x.links import Link
 
@@ -75,12 +75,12 @@ def command(out: Path, target: str, **options: Any) -> int:
     log (.hex).  Without --pty, --serial or --tcp a pseudo terminal is opened; a CAN bus is only listened to, and needs
     none.  Ends when interrupted, or when the module's side hangs up.
     """  # fmt: skip
-    from tmcm34x.capture.files import Recorder
+    from tmcm34x.capture.files import RecordingWriter
     from tmcm34x.capture.latency import count
     from tmcm34x.capture.record import RecordingError
 
     try:
-        with Recorder(out, anonymous=options["anonymous"]) as recorder:
+        with RecordingWriter(out, anonymous=options["anonymous"]) as recorder:
             status = asyncio.run(_record(recorder, target, options))
     except RecordingError as error:
         raise CliError(str(error)) from None
@@ -88,9 +88,9 @@ def command(out: Path, target: str, **options: Any) -> int:
     return status
 
 
-async def _record(recorder: Recorder, target: str, options: dict[str, Any]) -> int:
+async def _record(recorder: RecordingWriter, target: str, options: dict[str, Any]) -> int:
     from tmcm34x.capture.proxy import Tape
-    from tmcm34x.links import LinkError
+    from tmcm34x.links import LinkOpenError
 
     loop = asyncio.get_running_loop()
     over: asyncio.Future[Exception | None] = loop.create_future()
@@ -108,9 +108,9 @@ async def _record(recorder: Recorder, target: str, options: dict[str, Any]) -> i
         close = await open_lines(Tape(recorder, end), target, options)
         error = await over
         await close()
-    except LinkError as problem:
+    except LinkOpenError as problem:
         raise CliError(str(problem)) from None
-    if isinstance(error, LinkError):
+    if isinstance(error, LinkOpenError):
         click.echo(f"tmcm34x record: {error}", err=True)
         return 1
     if error is not None:

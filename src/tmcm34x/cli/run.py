@@ -37,13 +37,13 @@ from tmcm34x.cli.source_files import (
     read_image,
 )
 from tmcm34x.clock import clocks, seconds
-from tmcm34x.firmware.program import Counts
+from tmcm34x.firmware.program import AddressCounts
 from tmcm34x.server.pace import Pace
 from tmcm34x.tmcl.commands import INT32_MAX, INT32_MIN, USER_VARIABLES
 from tmcm34x.trace.recorder import Trace
 
 if TYPE_CHECKING:
-    from tmcm34x.bench.session.watch import Watch
+    from tmcm34x.bench.session.watch import ExpectationWatch
     from tmcm34x.debug.conditions import Look
     from tmcm34x.tmcl.datagram import Instruction
     from tmcm34x.toolchain.assembler import Assembly
@@ -197,7 +197,7 @@ def command(**options: Any) -> int:
     earlier = coverage.check(options, assembly)
     if options["from_state"]:
         state.read(options["from_state"], rig, program, options["file"])
-    counts = Counts() if options["coverage_file"] or options["profile"] else None
+    counts = AddressCounts() if options["coverage_file"] or options["profile"] else None
     rig.modules[0].program.count(counts)
     with contextlib.ExitStack() as files:
         recording = Recording(rig, options, files, file.name)
@@ -287,13 +287,13 @@ def _condition(text: str | None, rig: Rig) -> Look | None:
     return condition.on(rig)
 
 
-def _watch(rig: Rig, recording: Recording) -> Watch | None:
+def _watch(rig: Rig, recording: Recording) -> ExpectationWatch | None:
     """What looks after the expectations of the bench file, if it has any."""
     if not rig.expectations:
         return None
-    from tmcm34x.bench.session.watch import Watch
+    from tmcm34x.bench.session.watch import ExpectationWatch
 
-    watch = Watch(rig)
+    watch = ExpectationWatch(rig)
     recording.add(watch, watch.finish)
     return watch
 

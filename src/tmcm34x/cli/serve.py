@@ -27,7 +27,7 @@ from tmcm34x.firmware.storage import Eeprom, EepromError
 from tmcm34x.links import CanLink, Link, Moving, Reporting
 from tmcm34x.server import Server, Store, TelegramLog
 from tmcm34x.server.control import Control
-from tmcm34x.server.output import Output
+from tmcm34x.server.output import OutputLines
 from tmcm34x.server.pace import MOST_SPEED
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.global_parameters import BAUD_RATES
@@ -282,7 +282,7 @@ def _open_log(path: str | None, stack: contextlib.ExitStack) -> TelegramLog | No
     stack.callback(_close, stream)
     if stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
         return TelegramLog(stream)
-    stack.callback((output := Output(stream.fileno())).close)
+    stack.callback((output := OutputLines(stream.fileno())).close)
     return TelegramLog(output)
 
 
@@ -290,11 +290,11 @@ def _record(path: Path | None, log: TelegramLog | None, stack: contextlib.ExitSt
     """A recording of the lines beside the text log."""
     if path is None:
         return log
-    from tmcm34x.capture.files import Recorder
+    from tmcm34x.capture.files import RecordingWriter
     from tmcm34x.capture.tap import Tap
 
     try:
-        return Tap(stack.enter_context(Recorder(path)), log)
+        return Tap(stack.enter_context(RecordingWriter(path)), log)
     except RecordingError as error:
         raise CliError(str(error)) from None
 
@@ -317,7 +317,7 @@ def _watch(log: object, loop: asyncio.AbstractEventLoop, stop: Callable[[Excepti
     """End the server when its telegram log can be written no more."""
     if isinstance(log, TelegramLog):
         log.lost = stop
-        if isinstance(log.stream, Output):
+        if isinstance(log.stream, OutputLines):
             log.stream.lost = partial(loop.call_soon_threadsafe, stop)
 
 

@@ -8,10 +8,10 @@ import logging
 from collections.abc import Callable, Generator
 from typing import Any, Final
 
-from tmcm34x.server.output import Output
+from tmcm34x.server.output import OutputLines
 
-OUTPUT: Final = Output(1)
-ERRORS: Final = Output(2)
+OUTPUT: Final = OutputLines(1)
+ERRORS: Final = OutputLines(2)
 
 
 class _Records(logging.Handler):

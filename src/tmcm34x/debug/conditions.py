@@ -13,7 +13,7 @@ from tmcm34x.clock import NEVER
 from tmcm34x.debug.crossings import next_crossing, position_comparisons
 from tmcm34x.debug.expressions import ExpressionError, Read, compile_expression
 from tmcm34x.debug.view import View
-from tmcm34x.debug.watches import PASSES, Watch, Watches
+from tmcm34x.debug.watches import PASSES, WatchedValue, Watches
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
@@ -58,7 +58,7 @@ class Condition:
         """Raise `ExpressionError` where an expression names nothing that there is on a rig."""
         if isinstance(self._what, str):
             view = View.of(rig.modules[self._module], rig.worlds[self._module])
-            view.evaluate(Watch.make(0, self._what).watched)
+            view.evaluate(WatchedValue.make(0, self._what).watched)
 
 
 def _expression(text: str) -> Callable[[View], Look]:
@@ -74,11 +74,11 @@ def _expression(text: str) -> Callable[[View], Look]:
 
 
 def _passing(text: str) -> Callable[[View], Look]:
-    Watch.make(0, text)
+    WatchedValue.make(0, text)
 
     def on(view: View) -> Look:
         watches = Watches(view)
-        watches.set([Watch.make(0, text)])
+        watches.set([WatchedValue.make(0, text)])
         return Look(lambda: watches.look(0) is not None, watches.next_event)
 
     return on

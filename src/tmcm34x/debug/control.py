@@ -1,6 +1,6 @@
 """Where to hold a program: breakpoints, and the end of a step.
 
-`Control` only decides; who asks it before each command, and what holding means, is in `session`.
+`StopControl` only decides; who asks it before each command, and what holding means, is in `session`.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Breakpoint:
         return made
 
 
-class Control:
+class StopControl:
     """Breakpoints and the step under way.
 
     read: gives the values of names in conditions and messages

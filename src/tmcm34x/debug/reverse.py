@@ -12,9 +12,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from tmcm34x.debug.breaks import Breaks, Wanted
-from tmcm34x.debug.control import Breakpoint, Control, Stop, always
+from tmcm34x.debug.control import Breakpoint, Stop, StopControl, always
 from tmcm34x.debug.view import View
-from tmcm34x.debug.watches import Watch, Watches
+from tmcm34x.debug.watches import WatchedValue, Watches
 
 if TYPE_CHECKING:
     from tmcm34x.bench import Rig
@@ -169,7 +169,7 @@ def _powered(here: Here) -> int:
 # Breakpoints
 
 
-class Past(NamedTuple):
+class PastStop(NamedTuple):
     """A clock at which the program would have been held, and why."""
 
     clock: int
@@ -180,7 +180,7 @@ class Sought(NamedTuple):
     """What holds a program: breakpoints, data breakpoints, and the breaks of `breaks.BREAKS` in force."""
 
     breakpoints: Sequence[Breakpoint] = ()
-    watches: Sequence[Watch] = ()
+    watches: Sequence[WatchedValue] = ()
     breaks: Wanted = MappingProxyType({})
 
     @property
@@ -189,7 +189,7 @@ class Sought(NamedTuple):
         return any(met.enough is not always for met in (*self.breakpoints, *self.watches))
 
 
-def previous_stop(here: Here, sought: Sought) -> Past | None:
+def previous_stop(here: Here, sought: Sought) -> PastStop | None:
     """Where one of these would have held last before now.
 
     Hit counts are those since the beginning of the history.
@@ -204,7 +204,7 @@ def previous_stop(here: Here, sought: Sought) -> Past | None:
     return None
 
 
-def next_stop(here: Here, sought: Sought, end: int) -> Past | None:
+def next_stop(here: Here, sought: Sought, end: int) -> PastStop | None:
     """Where one of these held first after now, on the way that the branch took; None up to `end`."""
     if not any(sought):
         return None
@@ -229,7 +229,7 @@ class _Finder:
         self._now = here.clock
         self._sought = sought
 
-    def last_in(self, start: int, end: int) -> Past | None:
+    def last_in(self, start: int, end: int) -> PastStop | None:
         """The last place after `start` up to `end`, and before now."""
         found = None
         for place in self._places(start, end):
@@ -237,16 +237,16 @@ class _Finder:
                 found = place
         return found
 
-    def first_after_now(self, start: int, end: int) -> Past | None:
+    def first_after_now(self, start: int, end: int) -> PastStop | None:
         """The first place after now and before `end`; hits are counted from `start` on."""
         places = self._places(start, end)
         return next((place for place in places if self._now < place.clock < end), None)
 
-    def _places(self, start: int, end: int) -> Iterator[Past]:
+    def _places(self, start: int, end: int) -> Iterator[PastStop]:
         """All places after `start` up to `end`."""
         course, here, sought = self._here.course_to(start), self._here, self._sought
         program, view = here.program, here.view
-        control, watched = Control(view.read, _say_nothing), Watches(view)
+        control, watched = StopControl(view.read, _say_nothing), Watches(view)
         breaks = Breaks(course.rig.modules[here.module], course.rig.worlds[here.module], view.read)
         control.set_breakpoints([replace(b, hits=0) for b in sought.breakpoints if not b.message])
         watched.set([replace(w, hits=0) for w in sought.watches])
@@ -255,7 +255,7 @@ class _Finder:
         try:
             for clock, stop in _stops(course, program, end, _Looks(control, watched, breaks)):
                 if stop is not None:
-                    yield Past(clock, stop)
+                    yield PastStop(clock, stop)
         finally:
             program.unhook(let_pass)
             breaks.close()
@@ -264,7 +264,7 @@ class _Finder:
 class _Looks(NamedTuple):
     """What decides where a program is held."""
 
-    control: Control
+    control: StopControl
     watched: Watches
     breaks: Breaks
 

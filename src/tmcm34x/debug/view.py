@@ -64,7 +64,7 @@ _ALL: Final = 255
 _COMPARISONS: Final = {"equal": 0, "lower": -1, "greater": 1}
 
 
-class Item(NamedTuple):
+class ScopeItem(NamedTuple):
     """One value of a scope.
 
     expression: by which it can be asked for and assigned to
@@ -252,17 +252,19 @@ class View:
 
     # Scopes
 
-    def scopes(self) -> dict[str, Callable[[], list[Item]]]:
+    def scopes(self) -> dict[str, Callable[[], list[ScopeItem]]]:
         """All scopes: what each one holds, by its title."""
-        scopes: dict[str, Callable[[], list[Item]]] = {}
+        scopes: dict[str, Callable[[], list[ScopeItem]]] = {}
         if self._module is not None:
             scopes["Registers"] = _registers
-            scopes["Flags"] = lambda: [Item(key.upper(), key, True) for key in _FLAGS]
-        scopes["User variables"] = lambda: [Item(f"gp[{n}]", f"gp[{n}]", True) for n in range(USER_VARIABLES)]
+            scopes["Flags"] = lambda: [ScopeItem(key.upper(), key, True) for key in _FLAGS]
+        scopes["User variables"] = lambda: [
+            ScopeItem(f"gp[{n}]", f"gp[{n}]", True) for n in range(USER_VARIABLES)
+        ]
         for motor in range(MOTORS):
             scopes[f"Motor {motor}"] = lambda motor=motor: self._axis(motor)
         scopes["Coordinates"] = lambda: [
-            Item(f"co[{n}][{m}]", f"co[{n}][{m}]", True, f"coordinate {n} of motor {m}")
+            ScopeItem(f"co[{n}][{m}]", f"co[{n}][{m}]", True, f"coordinate {n} of motor {m}")
             for n in range(COORDINATES)
             for m in range(MOTORS)
         ]
@@ -270,30 +272,32 @@ class View:
         scopes["Global parameters"] = self._globals
         return scopes
 
-    def _axis(self, motor: int) -> list[Item]:
+    def _axis(self, motor: int) -> list[ScopeItem]:
         rows = [row for row in axis_parameters.AXIS_PARAMETERS if row.readable]
         if self._module is not None:
             rows = [row for row in rows if self._module.board.model.number in row.models]
         return [self._parameter(row, f"ap[{row.number}][{motor}]") for row in rows]
 
-    def _globals(self) -> list[Item]:
+    def _globals(self) -> list[ScopeItem]:
         return [
             self._parameter(row, f"gp[{row.number}][{row.bank}]")
             for row in global_parameters.GLOBAL_PARAMETERS
             if row.bank != _USER_BANK and row.readable
         ]
 
-    def _parameter(self, row: AxisParameter | GlobalParameter, expression: str) -> Item:
+    def _parameter(self, row: AxisParameter | GlobalParameter, expression: str) -> ScopeItem:
         meaning = f"{row.number} {row.name}" + (f" [{row.unit}]" if row.unit else "")
         acting = self._module is None and bool(row.effect)
-        return Item(row.key, expression, row.writable, meaning, row.choices, acting)
+        return ScopeItem(row.key, expression, row.writable, meaning, row.choices, acting)
 
-    def _lines(self) -> list[Item]:
+    def _lines(self) -> list[ScopeItem]:
         by_hand = self._world is not None
-        items = [Item(f"in[{n}]", f"in[{n}]", by_hand, "digital input") for n in range(INPUTS)]
-        items += [Item(f"out[{n}]", f"out[{n}]", True, "digital output") for n in range(INPUTS)]
-        items += [Item(f"adc[{n}]", f"adc[{n}]", by_hand, "analogue input, 0 to 1023") for n in range(INPUTS)]
-        return [*items, Item("shutdown", "shutdown", by_hand, "SHUTDOWN pin")]
+        items = [ScopeItem(f"in[{n}]", f"in[{n}]", by_hand, "digital input") for n in range(INPUTS)]
+        items += [ScopeItem(f"out[{n}]", f"out[{n}]", True, "digital output") for n in range(INPUTS)]
+        items += [
+            ScopeItem(f"adc[{n}]", f"adc[{n}]", by_hand, "analogue input, 0 to 1023") for n in range(INPUTS)
+        ]
+        return [*items, ScopeItem("shutdown", "shutdown", by_hand, "SHUTDOWN pin")]
 
 
 def reference_value(reference: Reference, view: View) -> int:
@@ -348,11 +352,11 @@ def _check_count(name: str, indices: tuple[int, ...], count: int) -> None:
         )
 
 
-def _registers() -> list[Item]:
+def _registers() -> list[ScopeItem]:
     return [
-        Item("accumulator", "accumulator", True),
-        Item("x", "x", True, "the X register"),
-        Item("counter", "counter", True, "address of the next command"),
-        Item("depth", "depth", True, "open CSUBs; a smaller number leaves the inner ones"),
-        Item("time_ms", "time_ms", False, "virtual time [ms]"),
+        ScopeItem("accumulator", "accumulator", True),
+        ScopeItem("x", "x", True, "the X register"),
+        ScopeItem("counter", "counter", True, "address of the next command"),
+        ScopeItem("depth", "depth", True, "open CSUBs; a smaller number leaves the inner ones"),
+        ScopeItem("time_ms", "time_ms", False, "virtual time [ms]"),
     ]

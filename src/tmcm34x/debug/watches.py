@@ -26,7 +26,7 @@ PASSES: Final = re.compile(r"(?P<value>.+?)\s+passes\s+(?P<limit>.+)\Z", re.DOTA
 
 
 @dataclass(slots=True)
-class Watch:
+class WatchedValue:
     """One data breakpoint.
 
     text: as it was asked for; watched: the expression in it; value, limit: what is watched, and what it must pass
@@ -47,7 +47,7 @@ class Watch:
     last: int | None = field(default=None, compare=False)
 
     @classmethod
-    def make(cls, number: int, text: str, condition: str = "", hits: str = "") -> Watch:
+    def make(cls, number: int, text: str, condition: str = "", hits: str = "") -> WatchedValue:
         """A data breakpoint from what was typed; raises `ExpressionError`."""
         text = text.strip()
         match = PASSES.match(text)
@@ -71,17 +71,17 @@ class Watches:
 
     def __init__(self, view: View) -> None:
         self._view = view
-        self._watches: list[Watch] = []
+        self._watches: list[WatchedValue] = []
 
     def __bool__(self) -> bool:
         return bool(self._watches)
 
     @property
-    def all(self) -> list[Watch]:
+    def all(self) -> list[WatchedValue]:
         """All data breakpoints."""
         return list(self._watches)
 
-    def set(self, watches: Iterable[Watch]) -> None:
+    def set(self, watches: Iterable[WatchedValue]) -> None:
         """Take these instead of the present ones; what they watch is compared with what it is now."""
         self._watches = list(watches)
         self.look_again()
@@ -103,7 +103,7 @@ class Watches:
         texts = [text for watch in self._watches if (text := self._changed(watch))]
         return Stop("data breakpoint", address, "; ".join(texts)) if texts else None
 
-    def _changed(self, watch: Watch) -> str:
+    def _changed(self, watch: WatchedValue) -> str:
         before, now = watch.last, self._value(watch.value)
         watch.last = now
         if before == now or not self._passed(watch, before, now) or not self._meets(watch):
@@ -111,7 +111,7 @@ class Watches:
         shown = "no value" if before is None else str(before)
         return f"{watch.text}: {shown} → {'no value' if now is None else now}"
 
-    def _passed(self, watch: Watch, before: int | None, now: int | None) -> bool:
+    def _passed(self, watch: WatchedValue, before: int | None, now: int | None) -> bool:
         if watch.limit is None:
             return True
         limit = self._value(watch.limit)
@@ -119,7 +119,7 @@ class Watches:
             return False
         return before < limit <= now or before > limit >= now
 
-    def _meets(self, watch: Watch) -> bool:
+    def _meets(self, watch: WatchedValue) -> bool:
         if watch.condition is not None and not self._value(watch.condition):
             return False
         watch.hits += 1

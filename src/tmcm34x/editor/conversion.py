@@ -11,7 +11,7 @@ from typing import Final, cast
 from lsprotocol import types
 from pygls import uris
 
-from tmcm34x.editor.analysis.actions import Action
+from tmcm34x.editor.analysis.actions import CodeAction
 from tmcm34x.editor.analysis.appearance import TOKEN_TYPES, Coloured
 from tmcm34x.editor.analysis.completions import Completion
 from tmcm34x.editor.analysis.names import Outline
@@ -87,7 +87,7 @@ class Converter:
             changes.setdefault(uri_of(edit.location.file), []).append(self.edit(edit))
         return types.WorkspaceEdit(cast("dict[str, Sequence[types.TextEdit]]", changes))
 
-    def action(self, action: Action) -> types.CodeAction:
+    def action(self, action: CodeAction) -> types.CodeAction:
         """A change that is offered for a diagnostic."""
         return types.CodeAction(
             action.title,

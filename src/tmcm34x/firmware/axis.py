@@ -66,7 +66,7 @@ STOP_SWITCHES: Final = MOTOR_FIELDS["DISABLE_STOP_L"], MOTOR_FIELDS["DISABLE_STO
 _SWITCHES: Final = FIELDS["L1"][0].read()
 
 
-class Search(IntEnum):
+class ReferenceSearch(IntEnum):
     """What a reference search is doing; RFS STATUS reads it."""
 
     IDLE = 0
@@ -143,7 +143,7 @@ class AxisState:
         self.decay = 0
         self.full_step = False
         """Decay and current cells that the driver chain has for this motor; see `drivers`."""
-        self.search = Search.IDLE
+        self.search = ReferenceSearch.IDLE
         self.right_end = 0
         """Where the right switch closed in this search."""
         self.opened = 0
@@ -270,4 +270,4 @@ class AxisState:
             self.opened,
         ) = value  # fmt: skip
         self.values = dict(values)
-        self.search = Search(search)
+        self.search = ReferenceSearch(search)

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from tmcm34x.firmware import power
 from tmcm34x.firmware.dispatch import do_unknown
-from tmcm34x.firmware.state import Entry
+from tmcm34x.firmware.state import CommandEntry
 from tmcm34x.tmcl.commands import BOOT_KEY
 from tmcm34x.tmcl.datagram import signed32
 from tmcm34x.tmcl.numbers import CONTROL
@@ -195,10 +195,10 @@ _HANDLERS: Final[Mapping[str, Handler]] = {
 }
 
 
-def _entries() -> tuple[Entry, ...]:
-    entries = [Entry(do_unknown)] * 256
+def _entries() -> tuple[CommandEntry, ...]:
+    entries = [CommandEntry(do_unknown)] * 256
     for name, handler in _HANDLERS.items():
-        entries[_NUMBERS[name]] = Entry(handler)
+        entries[_NUMBERS[name]] = CommandEntry(handler)
     return tuple(entries)
 
 

@@ -19,7 +19,7 @@ from tmcm34x.tmcl.status import Status
 
 if TYPE_CHECKING:
     from tmcm34x.firmware.roles import Port
-    from tmcm34x.firmware.state import Entry, Handler, ModuleState, OwnReply, Result
+    from tmcm34x.firmware.state import CommandEntry, Handler, ModuleState, OwnReply, Result
 
 IN_DOWNLOAD: Final = frozenset({CONTROL.QUIT_DOWNLOAD, CONTROL.GET_FIRMWARE_VERSION})
 """Control functions that are executed in download mode too (fidelity PROG-15)."""
@@ -103,7 +103,7 @@ HANDLERS: Final[Mapping[str, Handler]] = {
 """What the control functions do, by key."""
 
 
-def _all_entries() -> tuple[Entry, ...]:
+def _all_entries() -> tuple[CommandEntry, ...]:
     entries = list(ENTRIES)
     for row in CONTROL_FUNCTIONS:
         entries[row.number] = entry(row, HANDLERS[row.key])

@@ -17,7 +17,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.firmware.commands import coordinates, io, motion, parameters
-from tmcm34x.firmware.state import Entry
+from tmcm34x.firmware.state import CommandEntry
 from tmcm34x.tmcl.commands import COMMANDS, CONTROL_FUNCTIONS, INT32_MAX, INT32_MIN, Command
 from tmcm34x.tmcl.numbers import COMMAND
 from tmcm34x.tmcl.status import Status
@@ -72,7 +72,7 @@ HANDLERS: Final[Mapping[int, Handler]] = {
 """What does each command that a host or a program may give."""
 
 
-def entry(row: Command, handler: Handler) -> Entry:
+def entry(row: Command, handler: Handler) -> CommandEntry:
     """`handler` with the ranges that `row` sets; addresses are the program's to check."""
     ranges = dict(LIMITS)
     for operand in row.operands:
@@ -80,14 +80,14 @@ def entry(row: Command, handler: Handler) -> Entry:
             ranges[operand.field] = operand.low, operand.high
     type_, motor, value = ranges["type"], ranges["motor"], ranges["value"]
     plain = (type_, (0, motor[1]), value) == (LIMITS["type"], motor, LIMITS["value"])
-    return Entry(handler, motor[1], "reads" in row.where, None if plain else (*type_, *motor, *value))
+    return CommandEntry(handler, motor[1], "reads" in row.where, None if plain else (*type_, *motor, *value))
 
 
-def _entries() -> tuple[Entry, ...]:
-    entries = [Entry(do_unknown)] * 256
+def _entries() -> tuple[CommandEntry, ...]:
+    entries = [CommandEntry(do_unknown)] * 256
     for row in COMMANDS:
         handler = HANDLERS.get(row.number)
-        entries[row.number] = Entry(do_program_only) if handler is None else entry(row, handler)
+        entries[row.number] = CommandEntry(do_program_only) if handler is None else entry(row, handler)
     return tuple(entries)
 
 

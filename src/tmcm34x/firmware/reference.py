@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 
 from tmcm34x.chips.ramp import signed24
 from tmcm34x.firmware import encoder, motion
-from tmcm34x.firmware.axis import STOP_SWITCHES, X_ACTUAL, Search
+from tmcm34x.firmware.axis import STOP_SWITCHES, X_ACTUAL, ReferenceSearch
 from tmcm34x.tmcl.numbers import AP
 
 if TYPE_CHECKING:
@@ -30,13 +30,13 @@ LEFT_SWITCH_ONLY: Final = 1
 _LEFT_STOP, _RIGHT_STOP = STOP_SWITCHES
 _SLOW: Final = 4
 """The switch speed is this part of the maximum positioning speed when parameter 195 is 0."""
-_AT_SEARCH_SPEED: Final = frozenset({Search.GOING_RIGHT, Search.GOING_LEFT})
-_RIGHTWARD: Final = frozenset({Search.GOING_RIGHT, Search.LEAVING})
+_AT_SEARCH_SPEED: Final = frozenset({ReferenceSearch.GOING_RIGHT, ReferenceSearch.GOING_LEFT})
+_RIGHTWARD: Final = frozenset({ReferenceSearch.GOING_RIGHT, ReferenceSearch.LEAVING})
 _NEXT: Final = {
-    Search.LEAVING_RIGHT: Search.GOING_RIGHT,
-    Search.GOING_RIGHT: Search.GOING_LEFT,
-    Search.GOING_LEFT: Search.LEAVING,
-    Search.LEAVING: Search.REENTERING,
+    ReferenceSearch.LEAVING_RIGHT: ReferenceSearch.GOING_RIGHT,
+    ReferenceSearch.GOING_RIGHT: ReferenceSearch.GOING_LEFT,
+    ReferenceSearch.GOING_LEFT: ReferenceSearch.LEAVING,
+    ReferenceSearch.LEAVING: ReferenceSearch.REENTERING,
 }
 """The stretches in their order; REENTERING is followed by the way to zero."""
 
@@ -46,9 +46,11 @@ def start(core: ModuleState, axis: AxisState) -> None:
     left_only = axis.values[AP.REFERENCE_MODE] == LEFT_SWITCH_ONLY
     _set_stops(axis, right=not left_only, left=True)
     if left_only:
-        _enter(core, axis, Search.GOING_LEFT)
+        _enter(core, axis, ReferenceSearch.GOING_LEFT)
     else:
-        _enter(core, axis, Search.LEAVING_RIGHT if axis.right_switch else Search.GOING_RIGHT)
+        _enter(
+            core, axis, ReferenceSearch.LEAVING_RIGHT if axis.right_switch else ReferenceSearch.GOING_RIGHT
+        )
     advance(core, axis)
 
 
@@ -62,7 +64,7 @@ def stop(core: ModuleState, axis: AxisState) -> None:
 def abort(axis: AxisState) -> None:
     """Leave off, because another command takes over the motor or all is done; 12 and 13 are in force again."""
     if axis.search:
-        axis.search = Search.IDLE
+        axis.search = ReferenceSearch.IDLE
         values = axis.values
         _set_stops(axis, right=not values[AP.RIGHT_SWITCH_DISABLE], left=not values[AP.LEFT_SWITCH_DISABLE])
 
@@ -87,13 +89,13 @@ def advance(core: ModuleState, axis: AxisState) -> None:
 
 def _stretch_done(axis: AxisState) -> bool:
     match axis.search:
-        case Search.GOING_RIGHT:
+        case ReferenceSearch.GOING_RIGHT:
             return axis.right_switch
-        case Search.LEAVING_RIGHT:
+        case ReferenceSearch.LEAVING_RIGHT:
             return not axis.right_switch
-        case Search.LEAVING:
+        case ReferenceSearch.LEAVING:
             return not axis.left_switch
-        case Search.GOING_TO_ZERO:
+        case ReferenceSearch.GOING_TO_ZERO:
             return axis.settled
         case _:
             return axis.left_switch
@@ -101,20 +103,20 @@ def _stretch_done(axis: AxisState) -> bool:
 
 def _take_next_stretch(core: ModuleState, axis: AxisState) -> None:
     here = axis.read(X_ACTUAL)
-    if axis.search is Search.GOING_TO_ZERO:
+    if axis.search is ReferenceSearch.GOING_TO_ZERO:
         abort(axis)
         core.tell("reference", axis.motor)
-    elif axis.search is Search.REENTERING:
+    elif axis.search is ReferenceSearch.REENTERING:
         _set_zero(core, axis, here)
     else:
-        if axis.search is Search.GOING_RIGHT:
+        if axis.search is ReferenceSearch.GOING_RIGHT:
             axis.right_end = here
-        elif axis.search is Search.LEAVING:
+        elif axis.search is ReferenceSearch.LEAVING:
             axis.opened = here
         _enter(core, axis, _NEXT[axis.search])
 
 
-def _enter(core: ModuleState, axis: AxisState, search: Search) -> None:
+def _enter(core: ModuleState, axis: AxisState, search: ReferenceSearch) -> None:
     """Begin a stretch: search speed on the way to a switch, switch speed while its points are measured."""
     axis.search = search
     values = axis.values
@@ -137,7 +139,7 @@ def _set_zero(core: ModuleState, axis: AxisState, closed: int) -> None:
     axis.write(X_ACTUAL, here)
     encoder.preload(core, axis.motor, here)
     _set_stops(axis, right=both, left=False)
-    axis.search = Search.GOING_TO_ZERO
+    axis.search = ReferenceSearch.GOING_TO_ZERO
     motion.move_to(core, axis, 0)
 
 

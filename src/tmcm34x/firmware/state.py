@@ -49,7 +49,7 @@ UserFunction = Callable[[Any, int, int, int], Result]
 """Takes module, type, motor and value of UF0..UF7; returns status and value of the reply."""
 
 
-class Entry(NamedTuple):
+class CommandEntry(NamedTuple):
     """What a command number does: its handler, and the ranges that its row sets for the operands."""
 
     handler: Handler
@@ -118,7 +118,7 @@ class Letter(NamedTuple):
     data: bytes
 
 
-class Request(NamedTuple):
+class EventRequest(NamedTuple):
     """A command 138 that waits for its motors."""
 
     port: Port
@@ -153,7 +153,7 @@ class ModuleState:
         self,
         circuit: Circuit,
         eeprom: Eeprom,
-        firmware: tuple[Sequence[Entry], Mapping[int, OwnReply]],
+        firmware: tuple[Sequence[CommandEntry], Mapping[int, OwnReply]],
         tables: Tables,
         *,
         seed: int,
@@ -190,7 +190,7 @@ class ModuleState:
         """Global parameter 74."""
         self.ports: list[Port] = []
         self.outbox: deque[Letter] = deque()
-        self.requests: list[Request] = []
+        self.requests: list[EventRequest] = []
 
         self.address = self.second_address = self.host_address = 0
         self.pause = self.heartbeat = self.can_heartbeat = self.baud_index = 0
@@ -294,4 +294,4 @@ class ModuleState:
             port.load(saved)
         here = range(len(self.ports))
         self.outbox = deque(Letter(due, self.ports[n], data) for due, n, data in outbox if n in here)
-        self.requests = [Request(self.ports[n], mask, size) for n, mask, size in requests if n in here]
+        self.requests = [EventRequest(self.ports[n], mask, size) for n, mask, size in requests if n in here]

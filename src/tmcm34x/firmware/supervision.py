@@ -19,7 +19,7 @@ from tmcm34x.firmware import currents, drivers, encoder
 from tmcm34x.firmware.axis import A_ACTUAL, V_ACTUAL, V_TARGET, X_ACTUAL
 from tmcm34x.firmware.currents import reschedule
 from tmcm34x.firmware.reference import halt_motor, stop_motor
-from tmcm34x.firmware.state import ALL_MOTORS, Request
+from tmcm34x.firmware.state import ALL_MOTORS, EventRequest
 from tmcm34x.tmcl.numbers import AP, GP
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def _look_at_motion(core: ModuleState, axis: AxisState) -> None:
 def request_target_reached(core: ModuleState, port: Port, mask: int, size: int) -> None:
     """Tell `port` once all motors of `mask` are at their targets; one request for each port."""
     core.requests = [row for row in core.requests if row.port is not port]
-    core.requests.append(Request(port, mask, size))
+    core.requests.append(EventRequest(port, mask, size))
     core.touched |= mask or ALL_MOTORS
 
 

@@ -336,7 +336,7 @@ def _source(document: Document, text: object) -> tuple[Instruction, ...]:
 # Comparing
 
 
-class Difference(NamedTuple):
+class RowDifference(NamedTuple):
     """A row in which two modules differ, or of which one side is not known."""
 
     path: str
@@ -344,14 +344,14 @@ class Difference(NamedTuple):
     right: str
 
 
-def compare(left: Backup, right: Backup, ignore: Iterable[str] = ()) -> list[Difference]:
+def compare(left: Backup, right: Backup, ignore: Iterable[str] = ()) -> list[RowDifference]:
     """All rows in which two modules are not known to be equal, the program's instruction by instruction.
 
     ignore: keys of global parameters that may differ
     """
-    different: list[Difference] = []
+    different: list[RowDifference] = []
     if left.model != right.model:
-        different.append(Difference("model", str(left.model), str(right.model)))
+        different.append(RowDifference("model", str(left.model), str(right.model)))
     for suffix, ours, theirs in (("", left.present, right.present), (", stored", left.stored, right.stored)):
         different += _compare_readings(suffix, ours, theirs, frozenset(ignore))
     return different + list(_compare_programs(left.program, right.program))
@@ -359,27 +359,27 @@ def compare(left: Backup, right: Backup, ignore: Iterable[str] = ()) -> list[Dif
 
 def _compare_readings(
     suffix: str, left: Mapping[Item, Reading], right: Mapping[Item, Reading], ignore: frozenset[str]
-) -> Iterator[Difference]:
+) -> Iterator[RowDifference]:
     ours, theirs = ({item.path: found for item, found in side.items()} for side in (left, right))
     for path in dict.fromkeys((*ours, *theirs)):
         one, other = ours.get(path), theirs.get(path)
         if path.removeprefix("module.") in ignore or (isinstance(one, Value) and one == other):
             continue
-        yield Difference(
+        yield RowDifference(
             path + suffix, *("not there" if side is None else side.text for side in (one, other))
         )
 
 
 def _compare_programs(
     left: tuple[Instruction, ...] | None, right: tuple[Instruction, ...] | None
-) -> Iterator[Difference]:
+) -> Iterator[RowDifference]:
     from tmcm34x.tmcl.mnemonic import format_instruction
 
     if left is None or right is None:
         texts = ("not read" if side is None else f"{len(side)} instructions" for side in (left, right))
-        yield Difference("program", *texts)
+        yield RowDifference("program", *texts)
         return
     for address in range(max(len(left), len(right))):
         one, other = (side[address] if address < len(side) else Instruction(0) for side in (left, right))
         if one != other:
-            yield Difference(f"program {address}", format_instruction(one), format_instruction(other))
+            yield RowDifference(f"program {address}", format_instruction(one), format_instruction(other))

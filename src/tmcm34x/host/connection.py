@@ -12,7 +12,7 @@ from typing import Final, Self, TypeVar
 
 from tmcm34x.host.answer import Answer
 from tmcm34x.host.line import Line, open_line
-from tmcm34x.host.protocol import QUIET_S, Conversation, Counts
+from tmcm34x.host.protocol import QUIET_S, Conversation, WireCounts
 from tmcm34x.host.steps import READ_MEMORY, VERSION, Clock, Follow, Pause, Step, Steps, Work, check
 from tmcm34x.host.url import parse_url
 from tmcm34x.tmcl.datagram import SIZE, Instruction, Reply, pack_request
@@ -58,7 +58,7 @@ class Connection:
         self.close()
 
     @property
-    def counts(self) -> Counts:
+    def counts(self) -> WireCounts:
         """What happened on the line so far: telegrams, retries, late replies."""
         return self._conversation.counts
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 
-class Counts:
+class WireCounts:
     """What happened on a line since it was opened."""
 
     __slots__ = ("events", "garbled", "late", "misdirected", "retried", "sent")

@@ -153,7 +153,7 @@ class Module(ModuleAttributes):
         self.connection = connection
         self.stop_on_error = stop_on_error
         self.axes = tuple(Axis(self, motor) for motor in range(MOTORS))
-        self.variables = Variables(connection)
+        self.variables = UserVariables(connection)
         self.coordinates = Coordinates(connection)
         self._model = 0
 
@@ -240,7 +240,7 @@ class Module(ModuleAttributes):
         self.connection.send(Instruction(FACTORY_RESET, value=FACTORY_KEY))
 
 
-class Variables:
+class UserVariables:
     """The user variables 0..55 of a module, by index."""
 
     def __init__(self, connection: Connection) -> None:

@@ -43,7 +43,7 @@ from tmcm34x.host.answer import (
     repeatable,
     stopping,
 )
-from tmcm34x.host.counts import Counts
+from tmcm34x.host.counts import WireCounts
 from tmcm34x.host.exceptions import ReplyError
 from tmcm34x.tmcl.datagram import SIZE, TELEGRAM, Instruction, Reply, pack_request, unpack_reply
 from tmcm34x.tmcl.status import STATUS_TEXTS
@@ -74,7 +74,7 @@ class Conversation:
     def __init__(self, retries: int = 2, heard: Callable[[bytes], None] = lambda _: None) -> None:
         self.retries = retries
         self._heard = heard
-        self.counts = Counts()
+        self.counts = WireCounts()
         self.events: deque[Reply] = deque(maxlen=100)
         """Second replies of command 138, oldest first."""
         self._owed: deque[_Sent] = deque(maxlen=64)

@@ -16,7 +16,7 @@ from contextlib import suppress
 from typing import Final, NamedTuple
 
 from tmcm34x.host import program
-from tmcm34x.host.backup import Backup, Difference, compare, groups_of
+from tmcm34x.host.backup import Backup, RowDifference, compare, groups_of
 from tmcm34x.host.exceptions import RefusedError, VerifyError, unfinished
 from tmcm34x.host.following import following
 from tmcm34x.host.items import COMMUNICATION, GUARDED, Item, all_items
@@ -43,7 +43,7 @@ class Plan(NamedTuple):
     warnings: what the user should know before it is done
     """
 
-    differences: list[Difference]
+    differences: list[RowDifference]
     warnings: list[str]
 
 
@@ -72,7 +72,7 @@ def for_model(wanted: Backup, model: int) -> tuple[Backup, list[str]]:
     return wanted._replace(model=model, present=present, stored=stored), list(left_out)
 
 
-def _warnings(wanted: Backup, present: Backup, differences: list[Difference]) -> Iterator[str]:
+def _warnings(wanted: Backup, present: Backup, differences: list[RowDifference]) -> Iterator[str]:
     settings, target = _module(present.present), _module(wanted.present)
     if wanted.not_read:
         yield f"The backup is not complete: {len(wanted.not_read)} things are not in it and stay as they are."
@@ -289,6 +289,6 @@ def runs(wanted: list[Instruction], found: list[Instruction] | None) -> Iterator
             start = index + 1
 
 
-def unequal(wanted: Backup, after: Backup, keep: Iterable[str] = ()) -> list[Difference]:
+def unequal(wanted: Backup, after: Backup, keep: Iterable[str] = ()) -> list[RowDifference]:
     """Rows that are not as the backup says after a restore, where the backup says something."""
     return [row for row in compare(wanted, after, keep) if row.left != "not there"]

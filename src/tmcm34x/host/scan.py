@@ -61,18 +61,18 @@ Progress = Callable[[int, int, str], None]
 """Takes how many of how many places are done, and the present one."""
 
 
-class Port(NamedTuple):
+class SerialPortInfo(NamedTuple):
     """A serial port of this computer, and what is known of it."""
 
     device: str
     description: str
 
 
-def described_ports() -> list[Port]:
+def described_ports() -> list[SerialPortInfo]:
     """The serial ports of this computer, with what their adapters say of themselves."""
     from serial.tools.list_ports import comports
 
-    return sorted(Port(port.device, _description(port.description)) for port in comports())
+    return sorted(SerialPortInfo(port.device, _description(port.description)) for port in comports())
 
 
 def _description(text: str | None) -> str:

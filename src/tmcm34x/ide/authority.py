@@ -24,10 +24,10 @@ from tmcm34x.host.steps import NUMBERS, QUIT_DOWNLOAD, RUN, STEP, STOP, Steps
 from tmcm34x.ide import wire
 from tmcm34x.ide.driving import attend
 from tmcm34x.ide.faults import fault
-from tmcm34x.ide.found import Found
+from tmcm34x.ide.found import FoundMotors
 from tmcm34x.ide.stopping import RETRY_S, Stopping
 from tmcm34x.ide.strides import Strides
-from tmcm34x.ide.under_way import JOG_PATIENCE_S, Motion
+from tmcm34x.ide.under_way import JOG_PATIENCE_S, MotionUnderWay
 from tmcm34x.tmcl.commands import MOTORS
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import MnemonicError, format_instruction, parse_instruction
@@ -63,7 +63,7 @@ class Authority:
         self.armed = not self.real
         self.latched = False
         self._numbers = count(1)
-        self._motions: dict[int, Motion] = {}
+        self._motions: dict[int, MotionUnderWay] = {}
         self._stopping = Stopping(target, self._moved)
         self.strides = Strides(target, self.permit)
         self._program_doubt = ""
@@ -71,7 +71,7 @@ class Authority:
         self._started: set[int] = set()
         """Motors that were set in motion through this server and have not confirmed rest since."""
         self._program_started = False
-        self._found = Found(target, lambda: self._started, self._changed)
+        self._found = FoundMotors(target, lambda: self._started, self._changed)
         self.quiet = False
         """Nothing may be sent: the module would store it."""
 
@@ -178,7 +178,7 @@ class Authority:
             self._remove(motion)
             self._tell_end(motion, "Another command has the motor now.")
 
-    def _with(self, motors: Iterable[int]) -> list[Motion]:
+    def _with(self, motors: Iterable[int]) -> list[MotionUnderWay]:
         wanted = frozenset(motors)
         return [motion for motion in self._motions.values() if motion.motors & wanted]
 
@@ -207,7 +207,7 @@ class Authority:
             self._take({motor})
             await self._rotate(self._add("jog", owner, {motor}, velocity))
 
-    async def _rotate(self, motion: Motion) -> None:
+    async def _rotate(self, motion: MotionUnderWay) -> None:
         (motor,) = motion.motors
         exchange = await self._target.exchange(host_commands.rotate(motor, motion.velocity))
         if exchange.status != Status.OK:
@@ -229,14 +229,16 @@ class Authority:
         motion.task = asyncio.ensure_future(self._run(motion, steps, end))
         return motion.number
 
-    def _add(self, kind: wire.MotionKind, owner: Window, motors: Iterable[int], velocity: int = 0) -> Motion:
+    def _add(
+        self, kind: wire.MotionKind, owner: Window, motors: Iterable[int], velocity: int = 0
+    ) -> MotionUnderWay:
         now_s = asyncio.get_running_loop().time()
-        motion = Motion(next(self._numbers), kind, owner, frozenset(motors), now_s, velocity)
+        motion = MotionUnderWay(next(self._numbers), kind, owner, frozenset(motors), now_s, velocity)
         self._motions[motion.number] = motion
         self._changed()
         return motion
 
-    async def _run(self, motion: Motion, steps: Steps[None], end: str) -> None:
+    async def _run(self, motion: MotionUnderWay, steps: Steps[None], end: str) -> None:
         try:
             await attend(self._target, steps)
             text, ended = end, True
@@ -250,7 +252,7 @@ class Authority:
             self._stopping.begin(motion.motors, searching=motion.kind == "search")
         self._tell(wire.MotionEnded(motion.number, motion.kind, ended, text))
 
-    def _remove(self, motion: Motion, *, cancel: bool = True) -> None:
+    def _remove(self, motion: MotionUnderWay, *, cancel: bool = True) -> None:
         self._motions.pop(motion.number, None)
         if cancel and motion.task is not None:
             motion.task.cancel()
@@ -258,14 +260,14 @@ class Authority:
             self._tell(wire.Progress("", 1, 1))
         self._changed()
 
-    def end(self, motions: Iterable[Motion], why: str = "") -> None:
+    def end(self, motions: Iterable[MotionUnderWay], why: str = "") -> None:
         """Motions are over before their time: their motors are brought to rest; `why` is shown."""
         for motion in motions:
             self._remove(motion)
             self._stopping.begin(motion.motors, searching=motion.kind == "search")
             self._tell_end(motion, why)
 
-    def _tell_end(self, motion: Motion, why: str) -> None:
+    def _tell_end(self, motion: MotionUnderWay, why: str) -> None:
         if motion.kind != "jog":
             self._tell(wire.MotionEnded(motion.number, motion.kind, False, why))
 

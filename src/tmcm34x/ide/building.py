@@ -13,7 +13,7 @@ from tmcm34x.tmcl.mnemonic import format_instruction
 from tmcm34x.toolchain.includes import MOST_NEIGHBOURS, SOURCES, fitting, programs_with
 
 if TYPE_CHECKING:
-    from tmcm34x.ide.workspace import Workspace
+    from tmcm34x.ide.workspace import OpenFolder
     from tmcm34x.toolchain.assembler import Assembly
     from tmcm34x.toolchain.diagnostics import Diagnostic
 
@@ -26,7 +26,7 @@ class Built(NamedTuple):
 
 
 def build(
-    workspace: Workspace,
+    workspace: OpenFolder,
     path: str,
     texts: Mapping[str, str],
     model: int,
@@ -55,7 +55,7 @@ def build(
 
 
 def recognise(
-    workspace: Workspace, program: Sequence[Instruction], model: int
+    workspace: OpenFolder, program: Sequence[Instruction], model: int
 ) -> tuple[wire.Listing | None, Assembly | None]:
     """A program that was found in a module: with the file of the folder that makes it, or as instructions alone.
 
@@ -78,7 +78,7 @@ def recognise(
     return wire.Listing("", wanted, lines, []), None
 
 
-def _programs(workspace: Workspace) -> list[str]:
+def _programs(workspace: OpenFolder) -> list[str]:
     """The files of the folder that may be programs, at most `MOST_NEIGHBOURS`."""
     paths = [entry.path for entry in workspace.files() if not entry.folder]
     return [path for path in paths if posixpath.splitext(path)[1].lower() in SOURCES][:MOST_NEIGHBOURS]
@@ -87,7 +87,7 @@ def _programs(workspace: Workspace) -> list[str]:
 class _Files:
     """The editor's pages, and the files on disk behind them."""
 
-    def __init__(self, workspace: Workspace, texts: Mapping[str, str]) -> None:
+    def __init__(self, workspace: OpenFolder, texts: Mapping[str, str]) -> None:
         self._workspace = workspace
         self._texts = texts
 

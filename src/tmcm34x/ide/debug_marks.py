@@ -9,7 +9,7 @@ from tmcm34x.debug.breaks import BREAKS
 from tmcm34x.ide.debug_messages import Message, event_of, request_of
 
 
-class Marks(NamedTuple):
+class SourceMarks(NamedTuple):
     """The breakpoints of one source as they were asked for, and where the adapter has put them."""
 
     source: Message
@@ -27,7 +27,7 @@ class Kept:
     """Kept while the session, the line or the module is another one."""
 
     def __init__(self) -> None:
-        self._marks: dict[str, Marks] = {}
+        self._marks: dict[str, SourceMarks] = {}
         self._data: list[Any] = []
         self._placed: list[Message] = []
         """What became of the data breakpoints."""
@@ -67,7 +67,7 @@ class Kept:
     def keep_breakpoints(self, arguments: Message, body: Message) -> Message:
         """Remember where a source has breakpoints; the event that tells of it."""
         source = arguments["source"]
-        marks = Marks(source, arguments.get("breakpoints", []), body["breakpoints"])
+        marks = SourceMarks(source, arguments.get("breakpoints", []), body["breakpoints"])
         self._marks[source.get("path", "")] = marks
         if not marks.placed:
             del self._marks[source.get("path", "")]

@@ -9,7 +9,7 @@ Message = dict[str, Any]
 Send = Callable[[Message], None]
 
 
-class Window:
+class DebugWindow:
     """One of those who share the session."""
 
     def __init__(self, send: Send) -> None:
@@ -26,7 +26,7 @@ class Emission(NamedTuple):
     """A message of the adapter's, and what was so when it came."""
 
     message: Message
-    asker: Window | None
+    asker: DebugWindow | None
     request: Message
     now: float
     held_at: int | None

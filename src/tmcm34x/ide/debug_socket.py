@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from tmcm34x.ide.debug_messages import Window
+from tmcm34x.ide.debug_messages import DebugWindow
 from tmcm34x.ide.messages import Outbox, refuse, texts, until_gone
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class DebugSocket:
 
     async def serve(self) -> None:
         """Talk to the window until it goes."""
-        window = Window(self._put)
+        window = DebugWindow(self._put)
         sender = asyncio.create_task(self._send())
         self._reader = asyncio.create_task(self._receive(window))
         try:
@@ -37,7 +37,7 @@ class DebugSocket:
             sender.cancel()
             await asyncio.gather(sender, return_exceptions=True)
 
-    async def _receive(self, window: Window) -> None:
+    async def _receive(self, window: DebugWindow) -> None:
         async for text in texts(self._socket):
             try:
                 if text is None:

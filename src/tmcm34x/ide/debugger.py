@@ -30,9 +30,9 @@ from tmcm34x.host.exceptions import HostError, LinkError
 from tmcm34x.ide import wire
 from tmcm34x.ide.debug_marks import Kept
 from tmcm34x.ide.debug_messages import (
+    DebugWindow,
     Emission,
     Message,
-    Window,
     event_of,
     is_logged,
     moves_program,
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
     from tmcm34x.debug.control import Stop
     from tmcm34x.debug.sessions.base import Listener
-    from tmcm34x.debug.sessions.search import Search
+    from tmcm34x.debug.sessions.search import PlaybackSearch
     from tmcm34x.ide.permission import Permit
     from tmcm34x.ide.target import Target, Tell
     from tmcm34x.tmcl.datagram import Instruction
@@ -80,11 +80,11 @@ class Debugger:
         self._free = free
         self._take = take
         self._services = Services(_no_program, _no_pace, self._session, folder)
-        self._windows: set[Window] = set()
+        self._windows: set[DebugWindow] = set()
         self._adapter: Adapter | None = None
         self._line = 0
         """Number of the line that the adapter is attached to."""
-        self._asker: Window | None = None
+        self._asker: DebugWindow | None = None
         self._request: Message = {}
         self._assembly: Assembly | None = None
         self._kept = Kept()
@@ -169,7 +169,7 @@ class Debugger:
 
     # Windows
 
-    async def handle(self, window: Window, message: Any) -> None:
+    async def handle(self, window: DebugWindow, message: Any) -> None:
         """Do what a window asks for."""
         fields = cast(Message, message) if isinstance(message, dict) else {}
         command = fields.get("command")
@@ -179,7 +179,7 @@ class Debugger:
         elif error := self._refuse(fields) or await self._forward(fields, window):
             window.take(response_to(fields, error))
 
-    async def _forward(self, request: Message, window: Window) -> str:
+    async def _forward(self, request: Message, window: DebugWindow) -> str:
         """Ask the adapter, which answers the window; why it was not asked."""
         try:
             if error := await self._attach():
@@ -200,7 +200,7 @@ class Debugger:
             return str(error)
         return ""
 
-    def _greet(self, window: Window, command: str) -> None:
+    def _greet(self, window: DebugWindow, command: str) -> None:
         """Tell a new window how things are."""
         if command == "disconnect":
             self.leave(window)
@@ -212,7 +212,7 @@ class Debugger:
                 window.take(event)
             window.take(event_of("tmcl_hits", hits=self._hits))
 
-    def leave(self, window: Window) -> None:
+    def leave(self, window: DebugWindow) -> None:
         """A window is gone."""
         self._windows.discard(window)
 
@@ -245,7 +245,7 @@ class Debugger:
             await self._ask(request)
         await self._ask(request_of("configurationDone"))
 
-    async def _ask(self, request: Message, window: Window | None = None) -> None:
+    async def _ask(self, request: Message, window: DebugWindow | None = None) -> None:
         adapter = self._adapter
         assert adapter is not None
         if moves_program(request):
@@ -254,7 +254,9 @@ class Debugger:
         if (search := await again()) is not None:
             self._searching.go_on(search, again, partial(self._give_up, request, window))
 
-    async def _try(self, adapter: Adapter, request: Message, window: Window | None) -> Search | None:
+    async def _try(
+        self, adapter: Adapter, request: Message, window: DebugWindow | None
+    ) -> PlaybackSearch | None:
         """Have the adapter do it; the search along the past that has to run first, if there is one."""
         if adapter is not self._adapter:
             self._give_up(request, window)
@@ -265,14 +267,14 @@ class Debugger:
             return unfinished.search
         return None
 
-    def _handle(self, adapter: Adapter, request: Message, window: Window | None) -> None:
+    def _handle(self, adapter: Adapter, request: Message, window: DebugWindow | None) -> None:
         self._asker, self._request = window, request
         try:
             adapter.handle(request)
         finally:
             self._asker, self._request = None, {}
 
-    def _give_up(self, request: Message, window: Window | None) -> None:
+    def _give_up(self, request: Message, window: DebugWindow | None) -> None:
         if window is not None:
             window.take(response_to(request, "given up: something else was asked for"))
 
@@ -346,7 +348,7 @@ class Debugger:
         if not emission.attaching or message["event"] == "output":
             self._send(message)
 
-    def _send(self, message: Message, *, but: Window | None = None) -> None:
+    def _send(self, message: Message, *, but: DebugWindow | None = None) -> None:
         for window in self._windows:
             if window is not but:
                 window.take(message)

@@ -14,7 +14,7 @@ from typing import Final
 
 from tmcm34x.files import parse_toml, read_text
 from tmcm34x.ide import wire
-from tmcm34x.ide.workspace import Workspace
+from tmcm34x.ide.workspace import OpenFolder
 
 _PACKED: Final = files("tmcm34x") / "examples"
 _SOURCE: Final = Path(__file__).parents[3] / "examples"
@@ -41,7 +41,7 @@ def listed() -> wire.Examples:
 
 def text(name: str) -> str:
     """The text of one file of the examples.  Raises `wire.RefusalError`."""
-    examples = Workspace(folder(), frozenset({".tmc", ".toml"}))
+    examples = OpenFolder(folder(), frozenset({".tmc", ".toml"}))
     if name not in [entry.path for entry in examples.files()]:
         raise wire.RefusalError("path", f"There is no example {name}.")
     return read_text(examples.resolve(name))

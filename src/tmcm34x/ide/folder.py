@@ -11,7 +11,7 @@ from tmcm34x.ide import wire
 if TYPE_CHECKING:
     from tmcm34x.ide.target import Tell
     from tmcm34x.ide.window import Window
-    from tmcm34x.ide.workspace import Workspace
+    from tmcm34x.ide.workspace import OpenFolder
 
 WATCH_S: Final = 1.0
 """Between two looks at the folder."""
@@ -20,7 +20,7 @@ WATCH_S: Final = 1.0
 class Folder:
     """The files of `workspace`; `tell` takes what pages should see, `watched` says whether there is any."""
 
-    def __init__(self, workspace: Workspace, tell: Tell, watched: Callable[[], bool]) -> None:
+    def __init__(self, workspace: OpenFolder, tell: Tell, watched: Callable[[], bool]) -> None:
         self._workspace = workspace
         self._tell = tell
         self._watched = watched

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tmcm34x.ide.target import Target
 
 
-class Found:
+class FoundMotors:
     """Looks at the motors of `target` once on each line; `changed` is called when `text` is another.
 
     started: gives the motors that were set in motion through this server

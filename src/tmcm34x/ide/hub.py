@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x import __version__
-from tmcm34x.firmware.program import Counts
+from tmcm34x.firmware.program import AddressCounts
 from tmcm34x.host.steps import RESET, RUN, STOP
 from tmcm34x.ide import present, wire
 from tmcm34x.ide.authority import Authority
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from tmcm34x.ide.target import Target
     from tmcm34x.ide.telegrams import Telegrams
     from tmcm34x.ide.window import Window
-    from tmcm34x.ide.workspace import Workspace
+    from tmcm34x.ide.workspace import OpenFolder
     from tmcm34x.toolchain.assembler import Assembly
 
 EACH_S: Final = 1.0
@@ -44,7 +44,7 @@ class Hub:
 
     def __init__(
         self,
-        workspace: Workspace,
+        workspace: OpenFolder,
         target: Target,
         telegrams: Telegrams,
         show: list[str],
@@ -330,4 +330,4 @@ _CONTROL: Final[Mapping[str, tuple[int, ...]]] = {"run": (RESET, RUN), "stop": (
 def _count_anew(target: Target) -> None:
     """The program is another one: what was executed of the former is forgotten."""
     if isinstance(target, Virtual) and target.module.program.counts is not None:
-        target.module.program.count(Counts())
+        target.module.program.count(AddressCounts())

@@ -20,7 +20,7 @@ from tmcm34x.ide.wire import RefusalError
 if TYPE_CHECKING:
     from starlette.websockets import WebSocket
 
-    from tmcm34x.ide.workspace import Workspace
+    from tmcm34x.ide.workspace import OpenFolder
 
 MOST_WAITING: Final = 8
 """Requests that wait for the server, and answers that wait for the window."""
@@ -32,7 +32,7 @@ class Language:
     A window that asks faster than it is answered, or does not read, is not read from meanwhile.
     """
 
-    def __init__(self, workspace: Workspace, model: int, socket: WebSocket) -> None:
+    def __init__(self, workspace: OpenFolder, model: int, socket: WebSocket) -> None:
         self._workspace = workspace
         self._model = model
         self._socket = socket

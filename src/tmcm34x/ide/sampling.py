@@ -105,7 +105,7 @@ def _pack(row: Row, watches: Sequence[wire.Watched]) -> bytes:
     return _HEAD.pack(row.when, looked, known) + numbers
 
 
-class Bench(TimedBench, Protocol):
+class SampledBench(TimedBench, Protocol):
     """What is sampled: a bench, or the history of one."""
 
     @property
@@ -122,7 +122,11 @@ class Sampled:
     """
 
     def __init__(
-        self, bench: Bench, take: Callable[[], None], wanted: Callable[[], bool], paced: Callable[[], bool]
+        self,
+        bench: SampledBench,
+        take: Callable[[], None],
+        wanted: Callable[[], bool],
+        paced: Callable[[], bool],
     ) -> None:
         self._rig = bench
         self._take = take

@@ -7,9 +7,9 @@ from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from tmcm34x.debug.sessions.search import Search
+    from tmcm34x.debug.sessions.search import PlaybackSearch
 
-Again = Callable[[], Awaitable["Search | None"]]
+Again = Callable[[], Awaitable["PlaybackSearch | None"]]
 """Makes a request again; the search that has to run first, if there is still one."""
 
 
@@ -19,17 +19,20 @@ class Searching:
     def __init__(self) -> None:
         self._task: asyncio.Task[None] | None = None
 
-    def go_on(self, search: Search, again: Again, give_up: Callable[[], None]) -> None:
+    def go_on(self, search: PlaybackSearch, again: Again, give_up: Callable[[], None]) -> None:
         """Run `search` behind the present one, and make the request again; `give_up` where it was cancelled."""
         self._task = asyncio.create_task(_go_on(self._task, search, again, give_up))
 
 
 async def _go_on(
-    previous: asyncio.Task[None] | None, search: Search | None, again: Again, give_up: Callable[[], None]
+    previous: asyncio.Task[None] | None,
+    search: PlaybackSearch | None,
+    again: Again,
+    give_up: Callable[[], None],
 ) -> None:
     if previous is not None:
         await asyncio.wait([previous])
-    done: list[Search] = []
+    done: list[PlaybackSearch] = []
     while search is not None:
         await _run(search)
         if search.cancelled:
@@ -42,7 +45,7 @@ async def _go_on(
         each.forget()
 
 
-async def _run(search: Search) -> None:
+async def _run(search: PlaybackSearch) -> None:
     if search.cancelled:
         return
     search.begin()

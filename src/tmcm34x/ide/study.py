@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from msgspec.structs import replace
 
-from tmcm34x.firmware.program import Counts
+from tmcm34x.firmware.program import AddressCounts
 from tmcm34x.ide import wire
 from tmcm34x.ide.chosen import text_of
 from tmcm34x.ide.registers import registers
@@ -125,7 +125,7 @@ def _sites(assembly: Assembly, variable: int, lines: Sequence[int]) -> list[wire
 async def _cover(hub: Hub, page: Window, call: wire.Cover) -> None:
     program = _virtual(hub).module.program
     if (program.counts is not None) != call.on:
-        program.count(Counts() if call.on else None)
+        program.count(AddressCounts() if call.on else None)
 
 
 async def _read_coverage(hub: Hub, page: Window, call: wire.ReadCoverage) -> list[wire.CoveredLine]:
@@ -138,9 +138,9 @@ async def _read_coverage(hub: Hub, page: Window, call: wire.ReadCoverage) -> lis
     return _covered(coverage(hub.assembly, _complete(virtual.module.program)))
 
 
-def _complete(program: StandAloneProgram) -> Counts:
+def _complete(program: StandAloneProgram) -> AddressCounts:
     """What has been counted until now: counts are complete when others take their place, which go on from them."""
-    counts, others = program.counts, Counts()
+    counts, others = program.counts, AddressCounts()
     assert counts is not None
     program.count(others)
     others.executed, others.jumped, others.waited = (

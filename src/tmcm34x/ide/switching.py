@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from tmcm34x.ide.modules import Modules
     from tmcm34x.ide.target import Target
     from tmcm34x.ide.window import Window
-    from tmcm34x.ide.workspace import Workspace
+    from tmcm34x.ide.workspace import OpenFolder
 
 
 class Switched(Protocol):
     """What is connected to one module or another: the `Hub`."""
 
     target: Target
-    workspace: Workspace
+    workspace: OpenFolder
 
     def expect_idle(self) -> None:
         """Refuse while a download is under way."""

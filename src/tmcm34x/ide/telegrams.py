@@ -24,7 +24,7 @@ _OWN_FORM: Final = frozenset({CONTROL.READ_PROGRAM_MEMORY, CONTROL.GET_FIRMWARE_
 _ANSWERED_TWICE: Final = frozenset({CONTROL.REQUEST_TARGET_REACHED})
 
 
-class Entry(NamedTuple):
+class LogEntry(NamedTuple):
     """A telegram as it went by; it is explained only when it is shown."""
 
     number: int
@@ -54,7 +54,7 @@ class Telegrams:
         self.count = 0
         self.polls_wanted = False
         """Some page wants to see also what the IDE asks for by itself."""
-        self._entries: deque[Entry] = deque(maxlen=KEPT)
+        self._entries: deque[LogEntry] = deque(maxlen=KEPT)
         self._asked: dict[str, dict[int, _Request]] = {}
         """The last request of each command on each line; the newest stands last."""
 
@@ -76,7 +76,7 @@ class Telegrams:
         else:
             request = _answered(asked, data, kind)
         number, latency = (0, 0.0) if request is None else (request.number, now - request.now)
-        self._entries.append(Entry(self.count, now, name, direction, data, kind, number, latency))
+        self._entries.append(LogEntry(self.count, now, name, direction, data, kind, number, latency))
 
     def since(self, number: int) -> wire.Telegrams | None:
         """The lines after `number`, the latest only where they are too many; none at all gives None."""
@@ -105,7 +105,7 @@ def _answered(asked: dict[int, _Request], data: bytes, kind: Kind) -> _Request |
     return asked.get(command) if command in _ANSWERED_TWICE else asked.pop(command, None)
 
 
-def _line(entry: Entry) -> wire.Telegram:
+def _line(entry: LogEntry) -> wire.Telegram:
     text, address, status = explain(entry.direction, entry.data, entry.kind)
     inward = entry.direction == ">"
     if inward and address is not None:

@@ -17,7 +17,7 @@ PATIENCE_S: Final = 3.0
 
 
 @dataclass(eq=False)
-class Motion:
+class MotionUnderWay:
     """Something under way for the window `owner`."""
 
     number: int

@@ -27,7 +27,7 @@ _HIDDEN: Final = frozenset({"node_modules", "__pycache__"})
 OVERWRITE: Final = "*"
 
 
-class Workspace:
+class OpenFolder:
     """A folder."""
 
     def __init__(self, folder: Path, suffixes: frozenset[str] = SUFFIXES) -> None:
@@ -35,7 +35,7 @@ class Workspace:
         self._suffixes = suffixes
 
     @classmethod
-    def of(cls, paths: Sequence[Path]) -> tuple[Workspace, list[str]]:
+    def of(cls, paths: Sequence[Path]) -> tuple[OpenFolder, list[str]]:
         """The workspace for what the user named, and which files to show first."""
         if len(paths) == 1 and paths[0].is_dir():
             return cls(paths[0]), []

@@ -19,7 +19,7 @@ Send = Callable[[bytes], None]
 """Takes bytes for the client; bytes that are not fetched are lost, as on a wire."""
 
 
-class LinkError(Exception):
+class LinkOpenError(Exception):
     """A link that cannot be opened; the text is one clear line."""
 
 
@@ -55,7 +55,7 @@ class Link(Protocol):
     async def open(self, connect: Connect) -> str:
         """Begin to take clients; return the address that they use.
 
-        Raises `LinkError`.
+        Raises `LinkOpenError`.
         """
         ...
 
@@ -131,7 +131,7 @@ class CanLink(Protocol):
     async def open(self, connect: ConnectBus) -> str:
         """Begin to take clients; return the address that they use.
 
-        Raises `LinkError`.
+        Raises `LinkOpenError`.
         """
         ...
 

@@ -7,7 +7,7 @@ import contextlib
 from collections import deque
 from typing import Any, Final, cast
 
-from tmcm34x.links import EXTENDED, ConnectBus, LinkError
+from tmcm34x.links import EXTENDED, ConnectBus, LinkOpenError
 
 _STOP_S: Final = 0.05
 """How long closing waits at most, on a bus that can only be read by waiting."""
@@ -59,14 +59,14 @@ class CanBusLink:
         try:
             import can
         except ImportError as error:
-            raise LinkError("python-can is missing: install tmcm34x with its extra `can`") from error
+            raise LinkOpenError("python-can is missing: install tmcm34x with its extra `can`") from error
         self._message, self._error = can.Message, can.CanError
         try:
             self._bus = cast(Any, can.Bus)(
                 interface=self._interface, channel=self._channel, bitrate=self._bit_rate
             )
         except (can.CanError, OSError, ValueError, ImportError, TypeError) as error:
-            raise LinkError(f"cannot join {name}: {' '.join(str(error).split())}") from error
+            raise LinkOpenError(f"cannot join {name}: {' '.join(str(error).split())}") from error
         self._peer = connect(f"{self.kind} {name}", self._send)
         self._notifier = can.Notifier(
             self._bus, [self._receive], timeout=_STOP_S, loop=asyncio.get_running_loop()

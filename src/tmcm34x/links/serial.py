@@ -16,7 +16,7 @@ from typing import Final
 
 import serial
 
-from tmcm34x.links import Connect, LinkError, Peer
+from tmcm34x.links import Connect, LinkOpenError, Peer
 from tmcm34x.links.reasons import port_reason
 
 RETRY_S: Final = 1.0
@@ -48,7 +48,7 @@ class SerialLink:
         try:
             self._start()
         except (OSError, ValueError) as error:
-            raise LinkError(f"cannot open {self._device}: {port_reason(error)}") from error
+            raise LinkOpenError(f"cannot open {self._device}: {port_reason(error)}") from error
         return self._device
 
     def close(self) -> None:

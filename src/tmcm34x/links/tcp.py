@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable
 from typing import Final, cast
 
-from tmcm34x.links import Connect, LinkError, Peer
+from tmcm34x.links import Connect, LinkOpenError, Peer
 
 STALL_S: Final = 30.0
 """How long the other end of a connection may take nothing of what is sent to it, until it is given up."""
@@ -53,7 +53,7 @@ class TcpLink:
             )
         except OSError as error:
             reason = os.strerror(error.errno) if error.errno and error.errno > 0 else error.strerror
-            raise LinkError(f"cannot listen on {_join(self._host, self._port)}: {reason}") from error
+            raise LinkOpenError(f"cannot listen on {_join(self._host, self._port)}: {reason}") from error
         return _join(*self._server.sockets[0].getsockname()[:2])
 
     def close(self) -> None:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 from tmcm34x import clock
 from tmcm34x.bench.action import Action, ActionError, Value
 from tmcm34x.bench.snapshot import SnapshotError
-from tmcm34x.links import LinkError
+from tmcm34x.links import LinkOpenError
 from tmcm34x.links.faults import FaultError, parse
 from tmcm34x.links.faulty import Faults
 from tmcm34x.links.tcp import keep_alive
@@ -65,7 +65,7 @@ class Control:
         self._path: Path | None = None
 
     async def open(self) -> str:
-        """Listen; returns the address in use.  Raises `LinkError`."""
+        """Listen; returns the address in use.  Raises `LinkOpenError`."""
         host, _, port = self._address.rpartition(":")
         try:
             if port.isdecimal() and "/" not in self._address:
@@ -73,7 +73,7 @@ class Control:
             return await self._listen_at(Path(self._address))
         except (OSError, OverflowError) as error:
             reason = getattr(error, "strerror", None) or str(error)
-            raise LinkError(f"cannot listen on {self._address}: {reason}") from error
+            raise LinkOpenError(f"cannot listen on {self._address}: {reason}") from error
 
     async def close(self) -> None:
         """Hang up."""

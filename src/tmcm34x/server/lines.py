@@ -22,7 +22,7 @@ TIME_OUT_S: Final = 0.005
 """A partial telegram is dropped when the next bytes come later than this after the last ones (fidelity WIRE-3)."""
 
 
-class Recorder(Protocol):
+class LineRecorder(Protocol):
     """Keeps what comes over lines; each method is called at the bench's clock, after it has happened."""
 
     def plugged(self, end: LineEnd, /) -> None:
@@ -45,7 +45,7 @@ class Served(Protocol):
     crowd: Crowd | None
     pace: Pace
     log: Sink | None
-    recorder: Recorder | None
+    recorder: LineRecorder | None
     any_address: bool
 
     def arrive(self) -> bool:

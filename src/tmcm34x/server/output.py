@@ -19,7 +19,7 @@ PATIENCE_S: Final = 1.0
 """How long `close` waits for a reader."""
 
 
-class Output:
+class OutputLines:
     """The file descriptor `fd` as a place for lines; stays its owner's to close."""
 
     def __init__(self, fd: int) -> None:

@@ -19,7 +19,7 @@ from tmcm34x import clock
 from tmcm34x.bench.crowd import Crowd
 from tmcm34x.links import CanLink, Connect, Link, Peer, Plug, Send, pacing
 from tmcm34x.links.timing import LoopTiming
-from tmcm34x.server.lines import Bus, ClientLine, Recorder
+from tmcm34x.server.lines import Bus, ClientLine, LineRecorder
 from tmcm34x.server.pace import Pace
 from tmcm34x.tmcl.global_parameters import BAUD_RATES
 
@@ -75,7 +75,7 @@ class Server:
         """The modules one by one, for lines."""
         self.part: clock.TimedBench = rig if self.crowd is None else self.crowd
         """What is advanced: bench or crowd, or the bench with what takes samples or keeps a history of it."""
-        self.recorder: Recorder | None = None
+        self.recorder: LineRecorder | None = None
         """What keeps telegrams and frames; set it before links are opened."""
         self.pace = Pace(speed, monotonic)
         self.pace.draw(rig.now)

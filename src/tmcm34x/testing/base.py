@@ -15,7 +15,7 @@ from tmcm34x.tmcl.mnemonic import parse_instruction
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from tmcm34x.bench.session.world import Seen, Unit
+    from tmcm34x.bench.session.world import MeasuredValue, Unit
     from tmcm34x.bench.world import AxisView
     from tmcm34x.host.module import Module as HostModule
     from tmcm34x.testing.history import History
@@ -123,7 +123,7 @@ class ModuleUnderTest(ABC):
             raise TooLateError(f"{what} did not come true within {timeout:g} s{seen}")
         return self.now - start_s
 
-    def _compile(self, text: str) -> Callable[[], Seen]:
+    def _compile(self, text: str) -> Callable[[], MeasuredValue]:
         condition: Condition = read_condition(text)
         subject = Subject(self)
         return lambda: condition.look(subject)

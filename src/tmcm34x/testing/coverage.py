@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from tmcm34x.files import real_path
-from tmcm34x.firmware.program import Counts
+from tmcm34x.firmware.program import AddressCounts
 from tmcm34x.trace.coverage import Coverage, coverage, format_lcov, parse_lcov, summed, totals
 from tmcm34x.trace.tracefile import page_beside, read_tracefile, write_tracefile
 
@@ -29,7 +29,7 @@ class Counting:
         self._module = module
         self._assembly = assembly
         self._into = into
-        self._counts = Counts()
+        self._counts = AddressCounts()
         module.program.count(self._counts)
 
     def end(self) -> None:

@@ -14,7 +14,7 @@ from tmcm34x import clock
 from tmcm34x.bench.action import Action
 from tmcm34x.bench.session.world import Unit
 from tmcm34x.clock import MS, clocks, run_until, seconds
-from tmcm34x.links import LinkError
+from tmcm34x.links import LinkOpenError
 from tmcm34x.links.faults import fault
 from tmcm34x.links.faulty import Faults
 from tmcm34x.links.timing import VirtualTiming
@@ -176,7 +176,7 @@ class VirtualModule(ModuleUnderTest):
     def open_port(self, link: str | None = None) -> str:
         """A pseudo terminal, under the symbolic link `link` if given.  Raises `links.LinkError`."""
         if sys.platform == "win32":
-            raise LinkError("there are no pseudo terminals on this system: use the URL")
+            raise LinkOpenError("there are no pseudo terminals on this system: use the URL")
         from tmcm34x.links.posix.pty import PtyLink
 
         return self._open("port", lambda: PtyLink(link))

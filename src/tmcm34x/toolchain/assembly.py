@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 from tmcm34x.tmcl.commands import Command as CommandRow
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.diagnostics import Diagnostic, Location, has_errors
-from tmcm34x.toolchain.parser import Command, Data, SourceLine
+from tmcm34x.toolchain.parser import Data, SourceLine, WrittenCommand
 
 SymbolKind = Literal["label", "constant"]
 
@@ -49,7 +49,7 @@ class Code(NamedTuple):
     def location(self) -> Location:
         """Of the command without its labels and comment."""
         statement = self.line.statement
-        if isinstance(statement, Command | Data):
+        if isinstance(statement, WrittenCommand | Data):
             return Location(self.file, self.number, statement.start + 1, statement.end + 1)
         return Location(self.file, self.number, 1, 1)
 

@@ -105,7 +105,7 @@ Operand = Token | Expression
 """A number, with a minus or not, or a name that stands alone is its token; all else is compiled."""
 
 
-class ExpressionError(Exception):
+class SourceExpressionError(Exception):
     """An expression that cannot be compiled or has no value.
 
     start, end: columns, from 0, of what is wrong with it
@@ -117,7 +117,7 @@ class ExpressionError(Exception):
         self.problem = (code, start, end, text, replacement)
 
 
-class UnknownValueError(ExpressionError):
+class UnknownValueError(SourceExpressionError):
     """A constant whose own definition has a mistake: there is no more to report of what uses it."""
 
     def __init__(self, name: Token) -> None:
@@ -125,7 +125,7 @@ class UnknownValueError(ExpressionError):
 
 
 def compile_expression(tokens: Sequence[Token]) -> Operand:
-    """The expression in `tokens`, at least one; raises `ExpressionError` where it is not well formed."""
+    """The expression in `tokens`, at least one; raises `SourceExpressionError` where it is not well formed."""
     first = tokens[0]
     if len(tokens) == 1 and first.kind in ("number", "name"):
         return first
@@ -148,13 +148,15 @@ class _Compiler:
             operand_next = self.take_operand(index, token) if operand_next else self.take_operator(token)
         last = self.tokens[-1]
         if operand_next:
-            raise ExpressionError(
+            raise SourceExpressionError(
                 "E103", last.start, last.end, f"a number or name is missing after '{last.text}'"
             )
         self.flush(_OPEN)
         if self.waiting:
             opening = self.waiting[-1][1][1]
-            raise ExpressionError("E103", opening.start, opening.end, "this parenthesis is never closed")
+            raise SourceExpressionError(
+                "E103", opening.start, opening.end, "this parenthesis is never closed"
+            )
         return Expression(self.tokens[0].start, last.end, tuple(self.steps))
 
     def take_operand(self, index: int, token: Token) -> bool:
@@ -176,7 +178,7 @@ class _Compiler:
         elif token.text == "-":
             self.waiting.append((_SIGN_PRECEDENCE, ("unary", token, operator.neg)))
         elif token.text != "+":
-            raise ExpressionError(
+            raise SourceExpressionError(
                 "E103", token.start, token.end, f"a number or name is missing before '{token.text}'"
             )
         return True
@@ -186,11 +188,13 @@ class _Compiler:
         if token.text == ")":
             self.flush(_OPEN)
             if not self.waiting:
-                raise ExpressionError("E103", token.start, token.end, "this parenthesis was never opened")
+                raise SourceExpressionError(
+                    "E103", token.start, token.end, "this parenthesis was never opened"
+                )
             self.waiting.pop()
             return False
         if token.text not in _BINARY:
-            raise ExpressionError(
+            raise SourceExpressionError(
                 "E103", token.start, token.end, f"an operator or ',' is missing before {quoted(token)}"
             )
         precedence, call = _BINARY[token.text]
@@ -204,14 +208,14 @@ class _Compiler:
             self.steps.append(self.waiting.pop()[1])
 
 
-def _unknown_function(token: Token) -> ExpressionError:
+def _unknown_function(token: Token) -> SourceExpressionError:
     near = nearest(token.text.upper(), FUNCTIONS)
     text = f"no function {shown(token.text)}{did_you_mean(near)}"
-    return ExpressionError("E301", token.start, token.end, text, near[0] if len(near) == 1 else None)
+    return SourceExpressionError("E301", token.start, token.end, text, near[0] if len(near) == 1 else None)
 
 
 def evaluate(operand: Operand, value_of: Callable[[Token], float]) -> float:
-    """The operand's value; `value_of` gives those of names, and may raise `ExpressionError` itself."""
+    """The operand's value; `value_of` gives those of names, and may raise `SourceExpressionError` itself."""
     if isinstance(operand, Token):
         return value_of(operand) if operand.kind == "name" else number_value(operand.text)
     stack: list[float] = []
@@ -239,12 +243,12 @@ def names_in(operand: Operand | None) -> Iterator[Token]:
         yield from (token for kind, token, _ in operand.steps if kind == "name")
 
 
-def _no_value(token: Token, operands: tuple[float, ...], error: Exception) -> ExpressionError:
+def _no_value(token: Token, operands: tuple[float, ...], error: Exception) -> SourceExpressionError:
     if isinstance(error, ZeroDivisionError):
-        return ExpressionError("E401", token.start, token.end, "division by zero")
+        return SourceExpressionError("E401", token.start, token.end, "division by zero")
     listed = " and ".join(f"{x:g}" for x in operands)
     text = f"{shown(token.text.upper())} has no value for {listed}"
-    return ExpressionError("E401", token.start, token.end, text)
+    return SourceExpressionError("E401", token.start, token.end, text)
 
 
 _LOOKALIKES: Final = str.maketrans("OoIiLl", "001111")
@@ -265,23 +269,25 @@ _NOTATIONS: Final = tuple(
 """Numbers of other languages: what they look like, how TMCL writes them, and the hint."""
 
 
-def lexical_error(token: Token) -> ExpressionError:
+def lexical_error(token: Token) -> SourceExpressionError:
     """Why a `malformed` or `stray` token cannot stand in a source text."""
     text = token.text
     if token.kind != "malformed":
-        return ExpressionError("E101", token.start, token.end, f"{quoted(token)} is not part of the language")
+        return SourceExpressionError(
+            "E101", token.start, token.end, f"{quoted(token)} is not part of the language"
+        )
     for pattern, right, hint in _NOTATIONS:
         match = pattern.fullmatch(text)
         if match is not None:
             replacement = match.expand(right).translate(_LOOKALIKES) if right else None
-            return ExpressionError(
+            return SourceExpressionError(
                 "E102",
                 token.start,
                 token.end,
                 f"{shown(text)} is not a number; {hint.format(replacement)}",
                 replacement,
             )
-    return ExpressionError("E102", token.start, token.end, f"{shown(text)} is not a number")
+    return SourceExpressionError("E102", token.start, token.end, f"{shown(text)} is not a number")
 
 
 def quoted(token: Token) -> str:

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from tmcm34x.toolchain.diagnostics import shown
-from tmcm34x.toolchain.expressions import ExpressionError, evaluate
+from tmcm34x.toolchain.expressions import SourceExpressionError, evaluate
 from tmcm34x.toolchain.includes import standard
 from tmcm34x.toolchain.mending.columns import moved
 from tmcm34x.toolchain.mending.files import mend
 from tmcm34x.toolchain.mending.text import changed
 from tmcm34x.toolchain.messages import Messages
 from tmcm34x.toolchain.names import Names
-from tmcm34x.toolchain.parser import Command, Constant, Data, Directive, Include, SourceLine
+from tmcm34x.toolchain.parser import ConstantDefinition, Data, Directive, Include, SourceLine, WrittenCommand
 from tmcm34x.toolchain.structure import MODEL, holds, local_labels
 from tmcm34x.toolchain.tokens import Token, make, split_lines
 
@@ -27,7 +27,7 @@ INCLUDE_DEPTH: Final = 32
 class Pending(NamedTuple):
     """An instruction between the passes."""
 
-    statement: Command | Data
+    statement: WrittenCommand | Data
     file: str
     number: int
     line: SourceLine
@@ -114,20 +114,20 @@ class FirstPass:
         for label in labels:
             self._names.define(label, "label", len(self.pending), line)
         kind = type(statement)
-        if kind is Command or kind is Data:
+        if kind is WrittenCommand or kind is Data:
             messages = self._messages
             self.pending.append(make(Pending, (statement, messages.file, messages.number, line)))
-        elif isinstance(statement, Constant):
+        elif isinstance(statement, ConstantDefinition):
             self._constant(statement, line)
         elif isinstance(statement, Include):
             self._include(statement)
 
-    def _constant(self, statement: Constant, line: SourceLine) -> None:
+    def _constant(self, statement: ConstantDefinition, line: SourceLine) -> None:
         value = None
         if statement.value is not None:
             try:
                 value = evaluate(statement.value, self._names.earlier_constant)
-            except ExpressionError as error:
+            except SourceExpressionError as error:
                 self._messages.error(error)
         self._names.define(statement.name, "constant", value, line)
 
@@ -154,7 +154,7 @@ class FirstPass:
         """Whether the condition of a directive holds; a wrong one does."""
         try:
             return holds(self._messages.text, statement.start, statement.end, self._known)
-        except ExpressionError as error:
+        except SourceExpressionError as error:
             self._messages.error(error)
             return True
 

@@ -15,7 +15,15 @@ from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.toolchain.expressions import Operand
 from tmcm34x.toolchain.mending.columns import moved
 from tmcm34x.toolchain.mending.text import changed
-from tmcm34x.toolchain.parser import Command, Constant, Data, Directive, Include, SourceLine, parse_line
+from tmcm34x.toolchain.parser import (
+    ConstantDefinition,
+    Data,
+    Directive,
+    Include,
+    SourceLine,
+    WrittenCommand,
+    parse_line,
+)
 from tmcm34x.toolchain.structure import local_labels
 from tmcm34x.toolchain.tokens import BLANKS, Token, split_lines, tokenize
 
@@ -112,7 +120,7 @@ class _Formatter:
         widths = [
             len(_labels(text, line)) + 1
             for text, line in zip(self.texts, self.lines, strict=True)
-            if line.labels and isinstance(line.statement, Command | Data)
+            if line.labels and isinstance(line.statement, WrittenCommand | Data)
         ]
         return max(low, *(width for width in widths if width <= high), low)
 
@@ -122,7 +130,7 @@ class _Formatter:
         block: list[int] = []
         for index, line in enumerate([*self.lines, None]):
             statement = line.statement if line is not None else None
-            if isinstance(statement, Constant):
+            if isinstance(statement, ConstantDefinition):
                 block.append(index)
                 continue
             width = max((len(self.lines[n].statement.name.text) for n in block), default=0)  # type: ignore[union-attr]
@@ -135,7 +143,7 @@ class _Formatter:
         line, text = self.lines[index], self.texts[index]
         statement = line.statement
         if line.problems or (
-            isinstance(statement, Command) and statement.mnemonic.upper() not in BY_MNEMONIC
+            isinstance(statement, WrittenCommand) and statement.mnemonic.upper() not in BY_MNEMONIC
         ):
             return None
         labels = _labels(text, line)
@@ -146,10 +154,10 @@ class _Formatter:
                 return text[: len(text) if line.comment is None else line.comment].strip(BLANKS)
             case Include():
                 return f"#include {text[statement.start : statement.end]}"
-            case Constant():
+            case ConstantDefinition():
                 name = f"{statement.name.text:<{self.equals[index]}} = {_text(text, statement.value)}"
                 return f"{labels} {name}" if labels else name
-            case Command():
+            case WrittenCommand():
                 body = _command(text, statement)
             case Data():
                 body = f"//! DATA {', '.join(_text(text, operand) for operand in statement.operands)}"
@@ -160,7 +168,7 @@ def _labels(text: str, line: SourceLine) -> str:
     return " ".join(f"{text[label.start : label.end]}:" for label in line.labels)
 
 
-def _command(text: str, command: Command) -> str:
+def _command(text: str, command: WrittenCommand) -> str:
     row = BY_MNEMONIC[command.mnemonic.upper()]
     words = [dict(operand.words) for operand in row.operands]
     texts = [

@@ -15,7 +15,7 @@ from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import Assembly, Code, assemble
 from tmcm34x.toolchain.disassembler import disassemble, explanation, jump_labels, source_form
 from tmcm34x.toolchain.flow import JUMPS
-from tmcm34x.toolchain.parser import Command, Constant
+from tmcm34x.toolchain.parser import ConstantDefinition, WrittenCommand
 
 _MNEMONIC_COLUMN: Final = 8
 
@@ -84,7 +84,7 @@ class _Likeness:
         """The definitions of constants in all files of the source."""
         for file, lines in self.old.lines.items():
             for number, line in enumerate(lines, 1):
-                if isinstance(line.statement, Constant) and (file, number) not in self.old.left_out:
+                if isinstance(line.statement, ConstantDefinition) and (file, number) not in self.old.left_out:
                     yield self.old.sources[file][number - 1].strip()
 
     def remarks(self, code: Code) -> list[str]:
@@ -98,7 +98,7 @@ class _Likeness:
     def body(self, instruction: Instruction, code: Code | None, targets: dict[int, str]) -> str:
         """One instruction, as the source writes it where the code is the same."""
         statement = None if code is None else code.line.statement
-        if code is None or not isinstance(statement, Command):
+        if code is None or not isinstance(statement, WrittenCommand):
             remark = explanation(instruction)
             text = source_form(instruction, targets)
             return f"{text}  // {remark}" if remark else text

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from tmcm34x.toolchain.diagnostics import Diagnostic, Edit, Fix, Location, shown
-from tmcm34x.toolchain.expressions import ExpressionError, UnknownValueError
+from tmcm34x.toolchain.expressions import SourceExpressionError, UnknownValueError
 from tmcm34x.toolchain.mending.files import Mistake
 from tmcm34x.toolchain.mending.lines import repair
 from tmcm34x.toolchain.mending.spelling import nearest
@@ -58,7 +58,7 @@ class Messages:
             fixes = (Fix(title, (Edit(location, replacement),)),)
         self.add(Diagnostic(location, "error", code, text, fixes))
 
-    def error(self, error: ExpressionError) -> None:
+    def error(self, error: SourceExpressionError) -> None:
         """Report what is wrong with an expression, unless its cause is reported elsewhere."""
         if not isinstance(error, UnknownValueError):
             self.report(*error.problem)

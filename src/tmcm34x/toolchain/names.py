@@ -7,7 +7,13 @@ from typing import Final
 
 from tmcm34x.toolchain.assembly import Symbol, SymbolKind
 from tmcm34x.toolchain.diagnostics import did_you_mean, shown
-from tmcm34x.toolchain.expressions import FUNCTIONS, ExpressionError, Operand, UnknownValueError, names_in
+from tmcm34x.toolchain.expressions import (
+    FUNCTIONS,
+    Operand,
+    SourceExpressionError,
+    UnknownValueError,
+    names_in,
+)
 from tmcm34x.toolchain.messages import Messages
 from tmcm34x.toolchain.parser import SourceLine
 from tmcm34x.toolchain.tokens import BLANKS, Token
@@ -56,7 +62,7 @@ class Names:
         found = self._messages.near(name, candidates)
         return tuple(self.symbols[one].name if one in self.symbols else one for one in found)
 
-    # Values; these raise `ExpressionError`
+    # Values; these raise `SourceExpressionError`
 
     def earlier_constant(self, name: Token) -> float:
         """The value of a constant that stands above."""
@@ -64,7 +70,7 @@ class Names:
         if symbol is None:
             near = self.near(name.text, self.symbols)
             text = f"{shown(name.text)} is not defined above this line{did_you_mean(near)}"
-            raise ExpressionError("E303", name.start, name.end, text, only(near))
+            raise SourceExpressionError("E303", name.start, name.end, text, only(near))
         return self._constant(name, symbol)
 
     def constant(self, name: Token) -> float:
@@ -79,7 +85,7 @@ class Names:
         value = self._used(name, symbol)
         if symbol.kind == "label":
             text = f"{shown(name.text)} is a label; only JA, JC and CSUB take one"
-            raise ExpressionError("E304", name.start, name.end, text)
+            raise SourceExpressionError("E304", name.start, name.end, text)
         return value
 
     def _used(self, name: Token, symbol: Symbol) -> float:
@@ -95,14 +101,14 @@ class Names:
         key = name.text.upper()
         if key in FUNCTIONS:
             text = f"the function {key} needs its operand in parentheses"
-            raise ExpressionError("E301", name.start, name.end, text)
+            raise SourceExpressionError("E301", name.start, name.end, text)
         near = self.near(key, (n for n, symbol in self.symbols.items() if symbol.kind == wanted))
         if not near and wanted == "constant" and _is_number(name.text):
             near = (name.text.translate(_DIGITS),)
         if not near:
             self._look_for_comment(name)
         text = f"no {wanted} {shown(name.text)}{did_you_mean(near)}"
-        raise ExpressionError("E301", name.start, name.end, text, only(near))
+        raise SourceExpressionError("E301", name.start, name.end, text, only(near))
 
     def _look_for_comment(self, name: Token) -> None:
         """A name after `--` or `/` may begin a comment of another language."""
@@ -110,7 +116,7 @@ class Names:
         for marker in ("--", "/"):
             if before.endswith((f" {marker}", f"\t{marker}")):
                 text = f"no constant {shown(name.text)}; a comment begins with //, not with {marker!r}"
-                raise ExpressionError("E301", len(before) - len(marker), len(before), text, "//")
+                raise SourceExpressionError("E301", len(before) - len(marker), len(before), text, "//")
 
 
 def _is_number(name: str) -> bool:

@@ -23,8 +23,8 @@ from typing import Final, NamedTuple
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.toolchain.diagnostics import shown
 from tmcm34x.toolchain.expressions import (
-    ExpressionError,
     Operand,
+    SourceExpressionError,
     compile_expression,
     lexical_error,
     quoted,
@@ -64,7 +64,7 @@ class Problem(NamedTuple):
 Operands = tuple[Operand | None, ...]
 
 
-class Command(NamedTuple):
+class WrittenCommand(NamedTuple):
     """A mnemonic as written and its operands; an operand that could not be parsed is None."""
 
     mnemonic: str
@@ -73,7 +73,7 @@ class Command(NamedTuple):
     end: int
 
 
-class Constant(NamedTuple):
+class ConstantDefinition(NamedTuple):
     """`name = value`; value is None when it could not be parsed."""
 
     name: Token
@@ -104,7 +104,7 @@ class Directive(NamedTuple):
     end: int
 
 
-Statement = Command | Constant | Include | Data | Directive
+Statement = WrittenCommand | ConstantDefinition | Include | Data | Directive
 
 
 class SourceLine(NamedTuple):
@@ -137,7 +137,9 @@ def parse_line(text: str) -> SourceLine:
     problems: list[Problem] = []
     if equals is not None:
         value = _operand(text, head.end(), end, problems)
-        return SourceLine(labels, Constant(Token("name", name, start, stop), value), comment, tuple(problems))
+        return SourceLine(
+            labels, ConstantDefinition(Token("name", name, start, stop), value), comment, tuple(problems)
+        )
     if name.upper() not in BY_MNEMONIC:
         following = _NEXT_WORD.match(text, stop, end)
         if following is not None and following[1].upper() in BY_MNEMONIC:
@@ -145,7 +147,9 @@ def parse_line(text: str) -> SourceLine:
             labels = (*labels, Token("name", name, start, stop))
             name, (start, stop) = following[1], following.span(1)
     operands, last = _operands(text, stop, end, problems)
-    return make(SourceLine, (labels, make(Command, (name, start, operands, last)), comment, tuple(problems)))
+    return make(
+        SourceLine, (labels, make(WrittenCommand, (name, start, operands, last)), comment, tuple(problems))
+    )
 
 
 def _lacks_colon(name: str, start: int, end: int) -> Problem:
@@ -194,7 +198,7 @@ def _operand(text: str, start: int, end: int, problems: list[Problem]) -> Operan
             return compile_expression(tokens)
         place = (start - 1, start) if text[start - 1] in ",=" else (start, start + 1)
         problems.append(Problem("E103", *place, "an operand is missing"))
-    except ExpressionError as error:
+    except SourceExpressionError as error:
         problems.append(Problem(*error.problem))
     return None
 

@@ -12,13 +12,13 @@ from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain import sisters
 from tmcm34x.toolchain.assembly import Code
 from tmcm34x.toolchain.diagnostics import article, did_you_mean, one_of, shown
-from tmcm34x.toolchain.expressions import ExpressionError, Operand, evaluate
+from tmcm34x.toolchain.expressions import Operand, SourceExpressionError, evaluate
 from tmcm34x.toolchain.first_pass import Pending
 from tmcm34x.toolchain.mending import words as meanings
 from tmcm34x.toolchain.mending.spelling import limit
 from tmcm34x.toolchain.messages import Messages
 from tmcm34x.toolchain.names import Names, only
-from tmcm34x.toolchain.parser import Command, Data, is_not
+from tmcm34x.toolchain.parser import Data, WrittenCommand, is_not
 from tmcm34x.toolchain.tokens import Token, make
 
 _FIELDS: Final = {"type": 1, "motor": 2, "value": 3}
@@ -69,7 +69,7 @@ class SecondPass:
         instruction = self._command(statement, shape, whole=not line.problems)
         return make(Code, (shape.row, instruction, file, number, line))
 
-    def _command(self, statement: Command, shape: _Shape, *, whole: bool) -> Instruction | None:
+    def _command(self, statement: WrittenCommand, shape: _Shape, *, whole: bool) -> Instruction | None:
         operands, places = statement.operands, shape.places
         if not (shape.required <= len(operands) <= len(places) or self._right_count(statement, shape, whole)):
             self._names.note(operands)
@@ -113,7 +113,7 @@ class SecondPass:
             return None
         try:
             value = self._value(operand, address)
-        except ExpressionError as error:
+        except SourceExpressionError as error:
             self._messages.error(error)
             return None
         return None if value is None else self._fitting(operand, value, field)
@@ -142,7 +142,7 @@ class SecondPass:
 
     # Commands that are none
 
-    def _right_count(self, statement: Command, shape: _Shape, whole: bool) -> bool:
+    def _right_count(self, statement: WrittenCommand, shape: _Shape, whole: bool) -> bool:
         """Whether another number of operands than the row's is still right; reports when not.
 
         whole: nothing was reported of the line yet
@@ -162,7 +162,7 @@ class SecondPass:
             self._messages.report("E203", statement.start, statement.end, text)
         return False
 
-    def _unknown_command(self, statement: Command) -> None:
+    def _unknown_command(self, statement: WrittenCommand) -> None:
         self._names.note(statement.operands)
         name, start = statement.mnemonic.upper(), statement.start
         end = min(start + len(name), statement.end)

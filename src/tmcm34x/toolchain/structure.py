@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from tmcm34x.toolchain.expressions import ExpressionError, compile_expression, evaluate
+from tmcm34x.toolchain.expressions import SourceExpressionError, compile_expression, evaluate
 from tmcm34x.toolchain.mending.text import Change, changed
 from tmcm34x.toolchain.parser import Include, SourceLine
 from tmcm34x.toolchain.tokens import Token, tokenize
@@ -37,7 +37,7 @@ _LABEL: Final = re.compile(r"\s*([A-Za-z_]\w*)\s*:(?!=)", re.ASCII)
 
 
 def holds(text: str, start: int, end: int, value_of: Callable[[Token], float]) -> bool:
-    """Whether the condition between two columns holds; raises `ExpressionError` where it is none."""
+    """Whether the condition between two columns holds; raises `SourceExpressionError` where it is none."""
     comparison = _COMPARISON.search(text, start, end)
     if comparison is None:
         return _value(text, start, end, value_of) != 0
@@ -49,7 +49,7 @@ def holds(text: str, start: int, end: int, value_of: Callable[[Token], float]) -
 def _value(text: str, start: int, end: int, value_of: Callable[[Token], float]) -> float:
     tokens = tokenize(text, start, end)
     if not tokens:
-        raise ExpressionError(
+        raise SourceExpressionError(
             "E103", max(0, start - 1), max(start, 1), "a number or name is missing in the condition"
         )
     return evaluate(compile_expression(tokens), value_of)

@@ -16,7 +16,7 @@ from tmcm34x.clock import HZ
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 
 if TYPE_CHECKING:
-    from tmcm34x.firmware.program import Counts
+    from tmcm34x.firmware.program import AddressCounts
     from tmcm34x.toolchain.assembler import Assembly
 
 _JC: Final = BY_MNEMONIC["JC"].number
@@ -55,7 +55,7 @@ class Cost(NamedTuple):
     clocks: int
 
 
-def coverage(assembly: Assembly, counts: Counts) -> dict[Line, LineCounts]:
+def coverage(assembly: Assembly, counts: AddressCounts) -> dict[Line, LineCounts]:
     """What was executed of a source, by line; the counting must be over."""
     return {
         (code.file, code.number): LineCounts(
@@ -167,7 +167,7 @@ def parse_lcov(text: str) -> dict[Line, LineCounts]:
 # Profile
 
 
-def line_costs(assembly: Assembly, counts: Counts, instruction_clocks: int) -> list[Cost]:
+def line_costs(assembly: Assembly, counts: AddressCounts, instruction_clocks: int) -> list[Cost]:
     """What each executed line took, the most expensive first."""
     costs = [
         Cost(
@@ -181,7 +181,7 @@ def line_costs(assembly: Assembly, counts: Counts, instruction_clocks: int) -> l
     return sorted(costs, key=_by_cost)
 
 
-def subroutine_costs(assembly: Assembly, counts: Counts, instruction_clocks: int) -> list[Cost]:
+def subroutine_costs(assembly: Assembly, counts: AddressCounts, instruction_clocks: int) -> list[Cost]:
     """What each subroutine took, without those that it calls, the most expensive first.
 
     A command belongs to the last subroutine that begins at or before it, what stands before all to the main program.
@@ -203,7 +203,7 @@ def subroutine_costs(assembly: Assembly, counts: Counts, instruction_clocks: int
     return sorted(sums.values(), key=_by_cost)
 
 
-def _clocks(counts: Counts, address: int, instruction_clocks: int) -> int:
+def _clocks(counts: AddressCounts, address: int, instruction_clocks: int) -> int:
     return counts.executed[address] * instruction_clocks + counts.waited[address]
 
 

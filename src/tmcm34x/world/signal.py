@@ -19,7 +19,7 @@ THRESHOLD: Final = 512
 """From here up a level is a digital 1."""
 
 
-class Source(Protocol):
+class Signal(Protocol):
     """A level over time."""
 
     def level(self, now: int) -> int:
@@ -163,7 +163,7 @@ class Wire(NamedTuple):
         return NEVER
 
 
-def _search(source: Source, now: int, end: int) -> int:
+def _search(source: Signal, now: int, end: int) -> int:
     """The first clock after `now` with another digital level, if it differs at `end`, else `end`."""
     before = source.level(now) >= THRESHOLD
     low, high = now, end - 1

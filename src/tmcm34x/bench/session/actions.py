@@ -11,7 +11,7 @@ from typing import NamedTuple
 from tmcm34x.bench import action as bench
 from tmcm34x.bench.session.condition import Condition
 from tmcm34x.bench.session.errors import Unmet
-from tmcm34x.bench.session.player import Frame, Player
+from tmcm34x.bench.session.player import CanFrame, Player
 from tmcm34x.bench.session.world import Deeds
 from tmcm34x.clock import seconds
 from tmcm34x.tmcl.datagram import Instruction, Reply
@@ -126,7 +126,7 @@ class ExpectedFrame(NamedTuple):
 
     def play(self, player: Player) -> None:
         """Take a frame and compare it."""
-        wanted, got = Frame(*self), player.take_frame()
+        wanted, got = CanFrame(*self), player.take_frame()
         if got != wanted:
             raise Unmet(str(wanted), f"{got} {got.data!r}")
         if len(got.data) > 1:
@@ -145,7 +145,7 @@ class Nothing(NamedTuple):
         player.note_silence()
 
 
-class Wait(NamedTuple):
+class PassTime(NamedTuple):
     """`+ 2 s`: time passes."""
 
     clocks: int
@@ -250,6 +250,6 @@ class Promise(NamedTuple):
 
 
 Action = (
-    Send | SendBytes | SendFrame | ExpectedReply | Bytes | ExpectedFrame | Nothing | Wait | Happen | Check | Address
+    Send | SendBytes | SendFrame | ExpectedReply | Bytes | ExpectedFrame | Nothing | PassTime | Happen | Check | Address
     | Within | Promise
 )  # fmt: skip

@@ -10,7 +10,7 @@ import re
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 from tmcm34x.bench.session.phrase import NUMBER, LineError, check_span, read_byte, read_number, read_phrase
-from tmcm34x.bench.session.world import MEASUREMENTS, Look, Seen
+from tmcm34x.bench.session.world import MEASUREMENTS, Look, MeasuredValue
 from tmcm34x.tmcl.commands import BY_MNEMONIC, RFS_TYPES
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.tmcl.mnemonic import MnemonicError, parse_instruction
@@ -49,11 +49,11 @@ class Answered(NamedTuple):
 
     needs_bench = False
 
-    def look(self, subject: Subject) -> Seen:
+    def look(self, subject: Subject) -> MeasuredValue:
         """Ask the module."""
         status, value = subject.ask(self.instruction)
         holds = status == self.status and (self.low is None or self.low <= value <= self.high)
-        return Seen(holds, f"{status} {value}")
+        return MeasuredValue(holds, f"{status} {value}")
 
 
 class Measured(NamedTuple):
@@ -64,7 +64,7 @@ class Measured(NamedTuple):
 
     needs_bench = True
 
-    def look(self, subject: Subject) -> Seen:
+    def look(self, subject: Subject) -> MeasuredValue:
         """Measure."""
         return self.measure(subject.unit, *self.values)
 

@@ -11,10 +11,10 @@ from xml.etree import ElementTree as ET
 from tmcm34x.bench.session.errors import SessionFailedError
 
 if TYPE_CHECKING:
-    from tmcm34x.bench.session.runner import Result
+    from tmcm34x.bench.session.runner import CaseResult
 
 
-def junit(results: Sequence[Result]) -> str:
+def junit(results: Sequence[CaseResult]) -> str:
     """The document: a suite for each file, a test for each case, model and kind of line."""
     root = ET.Element("testsuites", name="tmcm34x play")
     for path, group in groupby(results, lambda result: result.case.path):
@@ -23,7 +23,7 @@ def junit(results: Sequence[Result]) -> str:
     return ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def _add_suite(root: ET.Element, path: Path, results: Sequence[Result]) -> None:
+def _add_suite(root: ET.Element, path: Path, results: Sequence[CaseResult]) -> None:
     failures = sum(result.error is not None for result in results)
     skipped = sum(not result.lines for result in results)
     suite = ET.SubElement(
@@ -34,7 +34,7 @@ def _add_suite(root: ET.Element, path: Path, results: Sequence[Result]) -> None:
         _add_case(suite, result)
 
 
-def _add_case(suite: ET.Element, result: Result) -> None:
+def _add_case(suite: ET.Element, result: CaseResult) -> None:
     case = result.case
     element = ET.SubElement(
         suite, "testcase", classname=case.path.stem, name=result.name, file=str(case.path), line=str(case.line)

@@ -250,7 +250,7 @@ def _read_time(text: str, start: int = 0) -> int:
 
 
 def _read_wait(text: str) -> Action:
-    return actions.Wait(_read_time(text))
+    return actions.PassTime(_read_time(text))
 
 
 def _read_event(text: str) -> Action:

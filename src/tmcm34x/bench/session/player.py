@@ -44,7 +44,7 @@ SERIAL: Final = "serial"
 CAN: Final = "can"
 
 
-class Wire(Protocol):
+class PlayedLine(Protocol):
     """The line to a module; the module docstring names what each method does."""
 
     kind: str
@@ -62,7 +62,7 @@ class Wire(Protocol):
     def ask(self, address: int, instruction: Instruction, /) -> tuple[int, int]: ...  # noqa: D102
 
 
-class Frame(NamedTuple):
+class CanFrame(NamedTuple):
     """A frame of a CAN bus."""
 
     identifier: int
@@ -118,7 +118,7 @@ class Player:
     """
 
     def __init__(
-        self, wire: Wire, path: str = "", title: str = "", *, address: int = 1, host: int = 2
+        self, wire: PlayedLine, path: str = "", title: str = "", *, address: int = 1, host: int = 2
     ) -> None:
         self.wire = wire
         self.address, self.host = address, host
@@ -220,12 +220,12 @@ class Player:
         self.note_taken(data)
         return data
 
-    def take_frame(self) -> Frame:
+    def take_frame(self) -> CanFrame:
         """The next frame."""
         self.wire.wait_for(1)
         if not self.wire.received:
             raise Unmet("a frame", "nothing")
-        frame = Frame(*self.wire.received.pop(0))
+        frame = CanFrame(*self.wire.received.pop(0))
         self.note_frame(frame)
         return frame
 
@@ -238,7 +238,7 @@ class Player:
     def _waiting(self) -> str:
         received = self.wire.received
         if self.wire.kind == CAN:
-            return ", ".join(str(Frame(*frame)) for frame in received)
+            return ", ".join(str(CanFrame(*frame)) for frame in received)
         return bytes(received).hex(" ")
 
     # Time and conditions
@@ -296,7 +296,7 @@ class Player:
     def note_taken(self, data: bytes) -> None:
         """`data` were taken from a serial line."""
 
-    def note_frame(self, frame: Frame) -> None:
+    def note_frame(self, frame: CanFrame) -> None:
         """`frame` was taken from the bus."""
 
     def note_bytes(self, data: bytes) -> None:

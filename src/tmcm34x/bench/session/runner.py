@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from tmcm34x.bench.rig import BenchError, simple_rig
 from tmcm34x.bench.session.actions import Happen, Send, SendBytes
 from tmcm34x.bench.session.errors import SessionError, SessionSyntaxError
-from tmcm34x.bench.session.player import Player, Step, Wire
+from tmcm34x.bench.session.player import PlayedLine, Player, Step
 from tmcm34x.bench.session.wires import open_wire
 from tmcm34x.host.effects import moves
 from tmcm34x.tmcl.datagram import ChecksumError, unpack_request
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Result:
+class CaseResult:
     """What came of a case on one model over one kind of line."""
 
     case: Case
@@ -58,7 +58,7 @@ def make_rig(case: Case, model: int, bench: str = "") -> Rig:
         raise SessionSyntaxError(str(case.path), case.line, 0, f"bench: {error}") from None
 
 
-def play(case: Case, wire: Wire, model: int, player: Player | None = None) -> Player:
+def play(case: Case, wire: PlayedLine, model: int, player: Player | None = None) -> Player:
     """Play a case on a module of type `model` over `wire`.  Raises `SessionFailedError`."""
     player = player or Player(wire, str(case.path), case.title)
     for step in case.steps:
@@ -77,11 +77,11 @@ def variants(case: Case, models: frozenset[int], kinds: frozenset[str]) -> Itera
 
 def run(
     cases: Sequence[Case], models: frozenset[int], kinds: frozenset[str], bench: str = ""
-) -> Iterator[Result]:
+) -> Iterator[CaseResult]:
     """Play cases on virtual modules, each on all the models and kinds of lines that it names and that are wanted."""
     for case in cases:
         for model, kind in variants(case, models, kinds):
-            result = Result(case, model, kind)
+            result = CaseResult(case, model, kind)
             try:
                 play(case, open_wire(kind, make_rig(case, model, bench)), model)
             except SessionError as error:
@@ -127,7 +127,7 @@ def playable(case: Case, model: int) -> list[Step]:
 
 def run_real(
     cases: Sequence[Case], open_player: Callable[[Case], Player], model: int, kind: str
-) -> Iterator[Result]:
+) -> Iterator[CaseResult]:
     """Play cases on a real module of type `model` over a kind of line.
 
     Lines that need a bench are counted and left out, and so are cases that are not for this kind of line.
@@ -137,7 +137,7 @@ def run_real(
             continue
         steps = [] if case.bench else playable(case, model)
         wanted = sum(model in step.models for step in case.steps)
-        result = Result(case, model, kind, len(steps), wanted - len(steps))
+        result = CaseResult(case, model, kind, len(steps), wanted - len(steps))
         if steps and kind in case.kinds:
             try:
                 player = open_player(case)

@@ -1,7 +1,7 @@
 """The expectations of a bench file: events with `expect`, looked at while a rig runs.
 
-A `Watch` is a recorder: whoever runs the rig calls `after` at its events and whenever `due` has come, and `finish` at
-the end.
+An `ExpectationWatch` is a recorder: whoever runs the rig calls `after` at its events and whenever `due` has come, and
+`finish` at the end.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from tmcm34x.bench.session.actions import Promise, Within
 from tmcm34x.bench.session.language import read_expectation
 from tmcm34x.bench.session.player import POLL
 from tmcm34x.bench.session.wires import SILENCE
-from tmcm34x.bench.session.world import Seen, Unit
+from tmcm34x.bench.session.world import MeasuredValue, Unit
 from tmcm34x.clock import NEVER, seconds
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -47,7 +47,7 @@ class _Subject(NamedTuple):
         return module.peek(instruction) if module.powered else SILENCE
 
 
-class Watch:
+class ExpectationWatch:
     """Looks after the expectations of `rig`.
 
     failures: those that failed so far
@@ -94,7 +94,7 @@ class Watch:
             self._fail(expectation, now, seen.what)
         return not failed
 
-    def _look(self, awaited: Awaited) -> Seen:
+    def _look(self, awaited: Awaited) -> MeasuredValue:
         return awaited.content.condition.look(_Subject(Unit(self._rig, awaited.expectation.unit)))
 
     def _fail(self, expectation: Expectation, now: int, seen: str) -> None:

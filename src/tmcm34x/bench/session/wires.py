@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x import clock
-from tmcm34x.bench.session.player import CAN, SERIAL, Wire
+from tmcm34x.bench.session.player import CAN, SERIAL, PlayedLine
 from tmcm34x.firmware.ports.can import CanPort
 from tmcm34x.firmware.ports.serial import SerialPort
 from tmcm34x.tmcl.datagram import Instruction
@@ -97,6 +97,6 @@ class MemoryCan(MemoryWire):
 WIRES: Final = {SERIAL: MemorySerial, CAN: MemoryCan}
 
 
-def open_wire(kind: str, rig: Rig) -> Wire:
+def open_wire(kind: str, rig: Rig) -> PlayedLine:
     """A line of a kind to the modules of `rig`."""
     return WIRES[kind](rig)

@@ -59,11 +59,11 @@ class Unit(NamedTuple):
 
 Deeds = tuple[tuple[str, tuple[Value, ...]], ...]
 """Names and operands of the bench's actions (`bench.action.ACTIONS`) that an event consists of."""
-Look = Callable[..., "Seen"]
+Look = Callable[..., "MeasuredValue"]
 """Measures something on a unit."""
 
 
-class Seen(NamedTuple):
+class MeasuredValue(NamedTuple):
     """What a measurement gave: whether it is as asked, and what it is."""
 
     holds: bool
@@ -130,26 +130,28 @@ EVENTS: Final[tuple[Phrase, ...]] = (
 )
 
 
-def _equal(what: object, wanted: object) -> Seen:
-    return Seen(what == wanted, str(what))
+def _equal(what: object, wanted: object) -> MeasuredValue:
+    return MeasuredValue(what == wanted, str(what))
 
 
-def _within(value: float, span: tuple[float, float]) -> Seen:
-    return Seen(span[0] <= value <= span[1], str(value))
+def _within(value: float, span: tuple[float, float]) -> MeasuredValue:
+    return MeasuredValue(span[0] <= value <= span[1], str(value))
 
 
-def _either(state: bool, words: tuple[str, str], wanted: str) -> Seen:
-    return Seen(state == (wanted == words[0]), words[not state])
+def _either(state: bool, words: tuple[str, str], wanted: str) -> MeasuredValue:
+    return MeasuredValue(state == (wanted == words[0]), words[not state])
 
 
-def _see_load(unit: Unit, motor: int, span: tuple[float, float]) -> Seen:
+def _see_load(unit: Unit, motor: int, span: tuple[float, float]) -> MeasuredValue:
     position = unit.axis(motor).position
-    return Seen(span[0] - TOLERANCE <= position <= span[1] + TOLERANCE, f"at {position:.3f}")
+    return MeasuredValue(span[0] - TOLERANCE <= position <= span[1] + TOLERANCE, f"at {position:.3f}")
 
 
-def _see_lost_steps(unit: Unit, motor: int) -> Seen:
+def _see_lost_steps(unit: Unit, motor: int) -> MeasuredValue:
     lost = unit.axis(motor).lost_fullsteps
-    return Seen(abs(lost) >= LOST, f"{lost:.2f} full steps behind" if abs(lost) >= LOST else "no lost steps")
+    return MeasuredValue(
+        abs(lost) >= LOST, f"{lost:.2f} full steps behind" if abs(lost) >= LOST else "no lost steps"
+    )
 
 
 def _driver_word(unit: Unit, motor: int) -> int:
@@ -158,55 +160,55 @@ def _driver_word(unit: Unit, motor: int) -> int:
     return bits >> 12 * (2 - motor) & 0xFFF
 
 
-def _see_switch(unit: Unit, motor: int, side: Any, state: str) -> Seen:
+def _see_switch(unit: Unit, motor: int, side: Any, state: str) -> MeasuredValue:
     return _either(unit.module.board.switch(motor, side), ("active", "inactive"), state)
 
 
-def _see_outputs(unit: Unit, bits: str) -> Seen:
+def _see_outputs(unit: Unit, bits: str) -> MeasuredValue:
     return _equal(f"{unit.module.board.outputs:08b}", bits)
 
 
-def _see_output(unit: Unit, n: int, state: str) -> Seen:
+def _see_output(unit: Unit, n: int, state: str) -> MeasuredValue:
     return _either(bool(unit.module.board.outputs >> n & 1), ("high", "low"), state)
 
 
-def _see_current(unit: Unit, motor: int, current: int) -> Seen:
+def _see_current(unit: Unit, motor: int, current: int) -> MeasuredValue:
     return _equal(unit.module.board.currents[motor], current)
 
 
-def _see_driver(unit: Unit, motor: int, state: str) -> Seen:
+def _see_driver(unit: Unit, motor: int, state: str) -> MeasuredValue:
     return _either(unit.module.board.enabled[motor], ("on", "off"), state)
 
 
-def _see_mixed_decay(unit: Unit, motor: int, bridges: int) -> Seen:
+def _see_mixed_decay(unit: Unit, motor: int, bridges: int) -> MeasuredValue:
     return _equal((_driver_word(unit, motor) & MIXED_DECAY).bit_count(), bridges)
 
 
-def _see_steps(unit: Unit, motor: int, kind: str) -> Seen:
+def _see_steps(unit: Unit, motor: int, kind: str) -> MeasuredValue:
     return _either(_driver_word(unit, motor) & FULL_CURRENT == FULL_CURRENT, ("full", "micro"), kind)
 
 
-def _see_position(unit: Unit, motor: int, span: tuple[int, int]) -> Seen:
+def _see_position(unit: Unit, motor: int, span: tuple[int, int]) -> MeasuredValue:
     return _within(unit.spot(motor)[0], span)
 
 
-def _see_speed(unit: Unit, motor: int, span: tuple[int, int]) -> Seen:
+def _see_speed(unit: Unit, motor: int, span: tuple[int, int]) -> MeasuredValue:
     return _within(unit.spot(motor)[1], span)
 
 
-def _see_motion(unit: Unit, motor: int, state: str) -> Seen:
+def _see_motion(unit: Unit, motor: int, state: str) -> MeasuredValue:
     return _either(unit.spot(motor)[1] != 0, ("turning", "resting"), state)
 
 
-def _see_program(unit: Unit, state: str) -> Seen:
+def _see_program(unit: Unit, state: str) -> MeasuredValue:
     return _either(unit.module.program.active, ("running", "stopped"), state)
 
 
-def _see_variable(unit: Unit, number: int, span: tuple[int, int]) -> Seen:
+def _see_variable(unit: Unit, number: int, span: tuple[int, int]) -> MeasuredValue:
     return _within(unit.module.program.variables[number], span)
 
 
-def _see_power(unit: Unit, state: str) -> Seen:
+def _see_power(unit: Unit, state: str) -> MeasuredValue:
     return _either(unit.module.powered, ("on", "off"), state)
 
 

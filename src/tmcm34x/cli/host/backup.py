@@ -30,7 +30,7 @@ from tmcm34x.cli.host.common import (
 from tmcm34x.cli.outputs import TEXT_OUT, is_standard_output
 
 if TYPE_CHECKING:
-    from tmcm34x.host.backup import Backup, Difference
+    from tmcm34x.host.backup import Backup, RowDifference
     from tmcm34x.host.connection import Connection
 
 _SHOWN: Final = 40
@@ -265,7 +265,7 @@ def _fitting(wanted: Backup, model: int, other_model: bool) -> Backup:
     return wanted
 
 
-def _say_equal(unequal: Sequence[Difference], failures: Sequence[Any]) -> int:
+def _say_equal(unequal: Sequence[RowDifference], failures: Sequence[Any]) -> int:
     if unequal:
         click.echo("NOT equal after the restore:")
         _show(unequal, "backup", "module")
@@ -274,7 +274,7 @@ def _say_equal(unequal: Sequence[Difference], failures: Sequence[Any]) -> int:
     return REFUSED if failures else 1 if unequal else 0
 
 
-def _show(rows: Iterable[Difference], left: str, right: str) -> None:
+def _show(rows: Iterable[RowDifference], left: str, right: str) -> None:
     listed = list(rows)
     for row in listed[:_SHOWN]:
         click.echo(f"{row.path}: {left} {row.left}, {right} {row.right}")

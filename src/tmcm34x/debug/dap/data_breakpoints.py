@@ -10,7 +10,7 @@ from tmcm34x.debug.dap.debuggee import Debuggee, Request
 from tmcm34x.debug.dap.inspection import Inspector
 from tmcm34x.debug.dap.messages import RequestError
 from tmcm34x.debug.expressions import ExpressionError
-from tmcm34x.debug.watches import Watch
+from tmcm34x.debug.watches import WatchedValue
 
 
 class DataBreakpoints:
@@ -28,7 +28,7 @@ class DataBreakpoints:
         reason = session.unwatchable
         if not reason:
             try:
-                session.view.evaluate(Watch.make(0, text).watched)
+                session.view.evaluate(WatchedValue.make(0, text).watched)
             except ExpressionError as error:
                 reason = str(error)
         if reason:
@@ -37,19 +37,21 @@ class DataBreakpoints:
 
     def on_set_data_breakpoints(self, arguments: m.SetDataBreakpoints) -> dict[str, Any]:
         """All data breakpoints, instead of the present ones."""
-        watches: list[Watch] = []
+        watches: list[WatchedValue] = []
         answers = [self._place(wanted, watches) for wanted in arguments.breakpoints]
         self._debuggee.running_or_held.set_watches(watches)
         return {"breakpoints": answers}
 
-    def _place(self, wanted: m.DataBreakpoint, watches: list[Watch]) -> dict[str, Any]:
+    def _place(self, wanted: m.DataBreakpoint, watches: list[WatchedValue]) -> dict[str, Any]:
         self._numbers += 1
         reason = self._debuggee.running_or_held.unwatchable
         try:
             if reason:
                 raise RequestError(reason)
             watches.append(
-                Watch.make(self._numbers, wanted.data_id, wanted.condition or "", wanted.hit_condition or "")
+                WatchedValue.make(
+                    self._numbers, wanted.data_id, wanted.condition or "", wanted.hit_condition or ""
+                )
             )
         except (RequestError, ExpressionError) as error:
             return {"id": self._numbers, "verified": False, "message": str(error)}

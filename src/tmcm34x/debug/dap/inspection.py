@@ -11,8 +11,8 @@ from tmcm34x.debug.dap import messages as m
 from tmcm34x.debug.dap.debuggee import Debuggee, Request, parse_address
 from tmcm34x.debug.dap.messages import RequestError
 from tmcm34x.debug.expressions import ExpressionError, split_assignment
-from tmcm34x.debug.sessions.base import Frame
-from tmcm34x.debug.view import Item
+from tmcm34x.debug.sessions.base import StackFrame
+from tmcm34x.debug.view import ScopeItem
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.tmcl.datagram import pack_record
 from tmcm34x.tmcl.mnemonic import MnemonicError, format_instruction, parse_instruction
@@ -28,7 +28,7 @@ class Inspector:
 
     def __init__(self, debuggee: Debuggee) -> None:
         self._debuggee = debuggee
-        self._handles: dict[int, list[Item]] = {}
+        self._handles: dict[int, list[ScopeItem]] = {}
         self._references = 0
 
     def forget(self) -> None:
@@ -45,7 +45,7 @@ class Inspector:
         shown = [self._frame(number, frame) for number, frame in list(enumerate(frames))[first:last]]
         return {"stackFrames": shown, "totalFrames": len(frames)}
 
-    def _frame(self, number: int, frame: Frame) -> dict[str, Any]:
+    def _frame(self, number: int, frame: StackFrame) -> dict[str, Any]:
         body: dict[str, Any] = {"id": number, "name": frame.name, "line": 0, "column": 0}
         body |= self._debuggee.place(frame.address)
         place = frame.location
@@ -65,7 +65,7 @@ class Inspector:
             scopes.append(scope)
         return {"scopes": scopes}
 
-    def _handle_for(self, items: list[Item]) -> int:
+    def _handle_for(self, items: list[ScopeItem]) -> int:
         self._references += 1
         self._handles[self._references] = items
         return self._references
@@ -76,13 +76,13 @@ class Inspector:
         items = self._items(arguments.variables_reference)
         return {"variables": [self._variable(item, shown_hex) for item in items]}
 
-    def _items(self, reference: int) -> list[Item]:
+    def _items(self, reference: int) -> list[ScopeItem]:
         items = self._handles.get(reference)
         if items is None:
             raise RequestError("this was of an earlier stop")
         return items
 
-    def _variable(self, item: Item, shown_hex: bool) -> dict[str, Any]:
+    def _variable(self, item: ScopeItem, shown_hex: bool) -> dict[str, Any]:
         body: dict[str, Any] = {"name": item.name, "evaluateName": item.expression, "variablesReference": 0}
         hint: dict[str, Any] = {} if item.writable else {"attributes": ["readOnly"]}
         if item.acting:
@@ -95,7 +95,7 @@ class Inspector:
             body["type"] = item.meaning
         return body | ({"presentationHint": hint} if hint else {})
 
-    def _value(self, item: Item, shown_hex: bool) -> str:
+    def _value(self, item: ScopeItem, shown_hex: bool) -> str:
         try:
             value = self._debuggee.running_or_held.view.evaluate(item.expression)
         except ExpressionError as error:

@@ -39,7 +39,7 @@ class Services(NamedTuple):
     folder: Path = Path()
 
 
-class Output(Protocol):
+class ConsoleOutput(Protocol):
     """Writes a line to the editor's debug console."""
 
     def __call__(self, text: str, category: str = ..., place: Mapping[str, Any] | None = ...) -> None:
@@ -50,7 +50,9 @@ class Output(Protocol):
 class Launcher:
     """Opens sessions as the editor asks for them, and reads their sources."""
 
-    def __init__(self, services: Services, sources: Sources, listener: Listener, output: Output) -> None:
+    def __init__(
+        self, services: Services, sources: Sources, listener: Listener, output: ConsoleOutput
+    ) -> None:
         self._services = services
         self._sources = sources
         self._listener = listener

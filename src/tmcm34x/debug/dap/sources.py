@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from tmcm34x.debug.dap import messages as m
 from tmcm34x.debug.dap.messages import RequestError
-from tmcm34x.debug.sessions.base import Text
+from tmcm34x.debug.sessions.base import SourceMap
 from tmcm34x.files import real_path
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.assembler import Assembly, Symbol, assemble
@@ -29,7 +29,7 @@ class Sources:
     def __init__(self, folder: Path) -> None:
         self.base = 1
         """What the editor counts lines from."""
-        self.text: Text | None = None
+        self.text: SourceMap | None = None
         self._folder = folder
         self._made = ""
         self._files: dict[str, str] = {}
@@ -37,7 +37,7 @@ class Sources:
 
     def take(self, assembly: Assembly | None, *, in_file: bool = True) -> None:
         """The program comes from this file, or its source is unknown; without a file, editors ask for its text."""
-        self.text = None if assembly is None else Text(assembly)
+        self.text = None if assembly is None else SourceMap(assembly)
         self._made, self._files = "", {}
         if assembly is None:
             return

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from tmcm34x.debug.control import Control, Reason, Stop
+from tmcm34x.debug.control import Reason, Stop, StopControl
 from tmcm34x.debug.reverse import Sought, previous_command, previous_stop
 from tmcm34x.debug.writes import Write, Written, last_write
 
@@ -24,7 +24,7 @@ BEFORE_COMMANDS: Final[frozenset[Reason]] = frozenset({"breakpoint", "step", "go
 class Backward:
     """Run control that goes back along a history."""
 
-    control: Control
+    control: StopControl
     watches: Watches
     breaks: Breaks
     view: View

@@ -16,7 +16,7 @@ from tmcm34x.debug.control import Breakpoint, Stop
 if TYPE_CHECKING:
     from tmcm34x.debug.breaks import Wanted
     from tmcm34x.debug.view import View
-    from tmcm34x.debug.watches import Watch
+    from tmcm34x.debug.watches import WatchedValue
     from tmcm34x.debug.writes import Write
     from tmcm34x.tmcl.datagram import Instruction
     from tmcm34x.toolchain.assembler import Assembly
@@ -26,7 +26,7 @@ NOTHING_TO_DO: Final = math.inf
 """What `Session.work` returns when only a request can change anything."""
 
 
-class Frame(NamedTuple):
+class StackFrame(NamedTuple):
     """One open routine, the innermost first: where it is, and what it is called."""
 
     address: int
@@ -56,7 +56,7 @@ class Session(Protocol):
     Methods of a session over a line may raise `HostError`.
     """
 
-    text: Text | None
+    text: SourceMap | None
     view: View
 
     @property
@@ -119,7 +119,7 @@ class Session(Protocol):
         """Execute a command in direct mode; status and value of its reply."""
         ...
 
-    def frames(self) -> list[Frame]:
+    def frames(self) -> list[StackFrame]:
         """The open routines, the innermost first."""
         ...
 
@@ -153,7 +153,7 @@ class Session(Protocol):
         """Why there are no data breakpoints; empty where there are."""
         ...
 
-    def set_watches(self, watches: Iterable[Watch]) -> None:
+    def set_watches(self, watches: Iterable[WatchedValue]) -> None:
         """Hold when one of these values changes, instead of the present ones."""
         ...
 
@@ -214,7 +214,7 @@ class Session(Protocol):
         ...
 
 
-class Text:
+class SourceMap:
     """What is known about the program's source: addresses to lines and labels, both ways."""
 
     def __init__(self, assembly: Assembly) -> None:

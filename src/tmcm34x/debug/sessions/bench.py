@@ -18,7 +18,7 @@ from tmcm34x.debug.control import Stop
 from tmcm34x.debug.history import History
 from tmcm34x.debug.reverse import Here
 from tmcm34x.debug.sessions.backward import BEFORE_COMMANDS, Backward
-from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Listener, Text
+from tmcm34x.debug.sessions.base import NOTHING_TO_DO, Listener, SourceMap
 from tmcm34x.debug.sessions.local import LocalSession
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class BenchSession(Backward, LocalSession):
         self,
         rig: Rig,
         listener: Listener,
-        text: Text | None = None,
+        text: SourceMap | None = None,
         *,
         module: int = 0,
         pace: Pacing | None = None,

@@ -16,10 +16,10 @@ from tmcm34x.debug.course import CONTROLS, HELD, REFUSED
 from tmcm34x.debug.expressions import ExpressionError
 from tmcm34x.debug.reverse import Here, next_command, next_stop
 from tmcm34x.debug.sessions.backward import Backward, Found
-from tmcm34x.debug.sessions.base import Listener, Text
+from tmcm34x.debug.sessions.base import Listener, SourceMap
 from tmcm34x.debug.sessions.guest import Guest
 from tmcm34x.debug.sessions.local import LocalSession
-from tmcm34x.debug.sessions.search import Outcome, Search, UnfinishedError
+from tmcm34x.debug.sessions.search import Outcome, PlaybackSearch, UnfinishedError
 from tmcm34x.debug.view import View
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class LiveSession(Backward, Guest, LocalSession):
         self,
         module: FirmwareModule,
         listener: Listener,
-        text: Text | None = None,
+        text: SourceMap | None = None,
         world: World | None = None,
         playback: Playback | None = None,
     ) -> None:
@@ -75,7 +75,7 @@ class LiveSession(Backward, Guest, LocalSession):
         """Why a past moment is shown; None where it was just chosen."""
         self.searches_apart = False
         """Methods that look for something in the past raise `UnfinishedError`, and find it when called again."""
-        self._search: Search | None = None
+        self._search: PlaybackSearch | None = None
         self._found: dict[tuple[Any, ...], Outcome] = {}
         if playback is not None:
             self._follow(playback)
@@ -281,7 +281,7 @@ class LiveSession(Backward, Guest, LocalSession):
             return super()._find(what, search)
         if what in self._found:
             return cast(Found, self._found[what]())
-        self._search = Search(self._known_playback(), self._number, what, search, self._found)
+        self._search = PlaybackSearch(self._known_playback(), self._number, what, search, self._found)
         raise UnfinishedError(self._search)
 
     def end_search(self) -> None:

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from tmcm34x.debug.breaks import Breaks, Wanted
-from tmcm34x.debug.control import Breakpoint, Control, Stop
+from tmcm34x.debug.control import Breakpoint, Stop, StopControl
 from tmcm34x.debug.expressions import ExpressionError
-from tmcm34x.debug.sessions.base import Frame, Listener, Text
+from tmcm34x.debug.sessions.base import Listener, SourceMap, StackFrame
 from tmcm34x.debug.view import View
-from tmcm34x.debug.watches import Watch, Watches
+from tmcm34x.debug.watches import WatchedValue, Watches
 from tmcm34x.tmcl.commands import BY_MNEMONIC, PROGRAM_SIZE
 from tmcm34x.tmcl.datagram import Instruction
 
@@ -33,7 +33,7 @@ class LocalSession:
         return False
 
     def __init__(
-        self, module: FirmwareModule, world: World | None, listener: Listener, text: Text | None
+        self, module: FirmwareModule, world: World | None, listener: Listener, text: SourceMap | None
     ) -> None:
         self.module = module
         self.program = module.program
@@ -42,7 +42,7 @@ class LocalSession:
         self.view = View.of(module, world)
         if text is not None:
             self.view.symbols = text.assembly.symbols
-        self.control = Control(self.view.read, listener.said)
+        self.control = StopControl(self.view.read, listener.said)
         self.watches = Watches(self.view)
         self.breaks = Breaks(module, world, self.view.read)
         self._stop: Stop | None = None
@@ -70,7 +70,7 @@ class LocalSession:
         self.control.set_breakpoints(breakpoints)
         self._attach()
 
-    def set_watches(self, watches: Iterable[Watch]) -> None:
+    def set_watches(self, watches: Iterable[WatchedValue]) -> None:
         """Hold when one of these values has changed, instead of the present ones."""
         self.watches.set(watches)
         self._attach()
@@ -99,19 +99,19 @@ class LocalSession:
         """Have a command executed as in direct mode."""
         return self.module.execute(instruction)
 
-    def frames(self) -> list[Frame]:
+    def frames(self) -> list[StackFrame]:
         """The open routines, the innermost first."""
         stop, text = self.stop, self._fitting_text
         address = stop.address if stop is not None and stop.reason == "exception" else self.program.counter
         addresses = [address, *(following - 1 for following in reversed(self.program.stack))]
         names = [self._called_at(caller) for caller in addresses[1:]]
         return [
-            Frame(address, name, text.location(address) if text else None)
+            StackFrame(address, name, text.location(address) if text else None)
             for address, name in zip(addresses, [*names, "program"], strict=True)
         ]
 
     @property
-    def _fitting_text(self) -> Text | None:
+    def _fitting_text(self) -> SourceMap | None:
         return None if self.foreign else self.text
 
     def restart_frame(self, number: int) -> None:

@@ -16,13 +16,13 @@ from contextlib import suppress
 from typing import Final
 
 from tmcm34x.debug.breaks import Wanted
-from tmcm34x.debug.control import Breakpoint, Control, Stop
+from tmcm34x.debug.control import Breakpoint, Stop, StopControl
 from tmcm34x.debug.expressions import ExpressionError
-from tmcm34x.debug.sessions.base import Frame, Listener, Text
+from tmcm34x.debug.sessions.base import Listener, SourceMap, StackFrame
 from tmcm34x.debug.sessions.guest import Guest
 from tmcm34x.debug.sessions.one_way import OneWay
 from tmcm34x.debug.view import View
-from tmcm34x.debug.watches import Watch
+from tmcm34x.debug.watches import WatchedValue
 from tmcm34x.host import Connection, HostError, Module, Program, RefusedError
 from tmcm34x.host.program import ProgramState
 from tmcm34x.tmcl.commands import BY_MNEMONIC
@@ -68,10 +68,10 @@ class RemoteSession(OneWay, Guest):
         self.connection = connection
         self.listener = listener
         self.program = Program(connection)
-        self.text: Text | None = None
+        self.text: SourceMap | None = None
         self._memory: Sequence[Instruction] = ()
         self.view = View(self.execute, self._write)
-        self.control = Control(self.view.read, listener.said)
+        self.control = StopControl(self.view.read, listener.said)
         self.permitted: Callable[[], bool] = _always
         """Asked before each further step: where it says no, the program is held."""
         self.refused: Callable[[Instruction], str] = _never
@@ -105,11 +105,11 @@ class RemoteSession(OneWay, Guest):
             raise ExpressionError(why)
         return self.execute(instruction)
 
-    def frames(self) -> list[Frame]:
+    def frames(self) -> list[StackFrame]:
         """Where the program is; no command reads the open routines."""
         name = self.text.routine(self._counter) if self.text else ""
         location = self.text.location(self._counter) if self.text else None
-        return [Frame(self._counter, name or "program", location)]
+        return [StackFrame(self._counter, name or "program", location)]
 
     def memory(self) -> Sequence[Instruction]:
         """The program memory, as far as it is known."""
@@ -142,7 +142,7 @@ class RemoteSession(OneWay, Guest):
         """How often each breakpoint was met, by its number."""
         return self.control.hits()
 
-    def set_watches(self, watches: Iterable[Watch]) -> None:
+    def set_watches(self, watches: Iterable[WatchedValue]) -> None:
         """The firmware has none: see `unwatchable`."""
 
     def set_breaks(self, wanted: Wanted) -> None:

@@ -22,12 +22,12 @@ Outcome = Callable[[], Any]
 class UnfinishedError(Exception):
     """`search` has to run first."""
 
-    def __init__(self, search: Search) -> None:
+    def __init__(self, search: PlaybackSearch) -> None:
         super().__init__("a search has to run first")
         self.search = search
 
 
-class Search:
+class PlaybackSearch:
     """A search of a session that looks at `playback`.
 
     look: what finds it; found: where to leave the outcome, under `what`

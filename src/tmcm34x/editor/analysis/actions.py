@@ -10,7 +10,7 @@ from tmcm34x.toolchain.formatter import format_source
 from tmcm34x.toolchain.linter import RULES, ignored_codes
 
 
-class Action(NamedTuple):
+class CodeAction(NamedTuple):
     """A change that the editor may offer for a diagnostic."""
 
     title: str
@@ -19,16 +19,18 @@ class Action(NamedTuple):
     preferred: bool
 
 
-def actions(program: Analysis, file: str, first_line: int, last_line: int) -> list[Action]:
+def actions(program: Analysis, file: str, first_line: int, last_line: int) -> list[CodeAction]:
     """The changes to offer for the findings on some lines."""
-    actions: list[Action] = []
+    actions: list[CodeAction] = []
     for item in program.findings:
         if item.location.file != file or not first_line <= item.location.line - 1 <= last_line:
             continue
-        actions += [Action(fix.title, item, fix.edits, preferred=n == 0) for n, fix in enumerate(item.fixes)]
+        actions += [
+            CodeAction(fix.title, item, fix.edits, preferred=n == 0) for n, fix in enumerate(item.fixes)
+        ]
         if item.code in RULES:
             ignore = _ignore(program, item)
-            actions.append(Action(ignore.title, item, ignore.edits, preferred=False))
+            actions.append(CodeAction(ignore.title, item, ignore.edits, preferred=False))
     return actions
 
 

@@ -92,7 +92,7 @@ def _line_colours(program: Analysis, number: int, text: str, line: parser.Source
 def _defined(line: parser.SourceLine) -> set[int]:
     """The columns of the names that a line defines."""
     names = list(line.labels)
-    if isinstance(line.statement, parser.Constant):
+    if isinstance(line.statement, parser.ConstantDefinition):
         names.append(line.statement.name)
     return {name.start for name in names}
 
@@ -112,7 +112,7 @@ def _type(program: Analysis, statement: parser.Statement | None, token: Token) -
 
 
 def _name_type(program: Analysis, statement: parser.Statement | None, token: Token) -> TokenType:
-    if isinstance(statement, parser.Command):
+    if isinstance(statement, parser.WrittenCommand):
         if token.start == statement.start:
             return "keyword"
         if token.start in _word(statement):
@@ -123,7 +123,7 @@ def _name_type(program: Analysis, statement: parser.Statement | None, token: Tok
     return "function" if symbol is not None and symbol.kind == "label" else "variable"
 
 
-def _word(statement: parser.Command) -> range:
+def _word(statement: parser.WrittenCommand) -> range:
     """The columns of the first operand where the command takes one of its words there."""
     row = BY_MNEMONIC.get(statement.mnemonic.upper())
     first = statement.operands[0] if statement.operands else None
@@ -148,6 +148,6 @@ def _regions(texts: Sequence[str]) -> Iterator[Fold]:
 def _fold_kind(line: parser.SourceLine) -> str:
     if isinstance(line.statement, parser.Include):
         return "imports"
-    if isinstance(line.statement, parser.Constant):
+    if isinstance(line.statement, parser.ConstantDefinition):
         return "region"
     return "comment" if line.comment is not None and line.statement is None and not line.labels else ""

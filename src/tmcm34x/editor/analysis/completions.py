@@ -168,7 +168,7 @@ def cursor_at(text: str, column: int) -> Cursor:
     nothing = Cursor("none", None, 0, (), word.group(), word.start())
     if line.comment is not None:
         return nothing
-    if isinstance(line.statement, parser.Command):
+    if isinstance(line.statement, parser.WrittenCommand):
         return _in_command(line.statement, before, nothing)
     return nothing._replace(place=_place(line.statement, before))
 
@@ -179,7 +179,7 @@ def _place(statement: parser.Statement | None, before: str) -> Where:
         case parser.Directive():
             condition = statement.kind in _CONDITIONS and len(before) >= statement.start
             return "condition" if condition else "none"
-        case parser.Constant():
+        case parser.ConstantDefinition():
             return "expression"
         case parser.Include() | parser.Data():
             return "none"
@@ -188,7 +188,7 @@ def _place(statement: parser.Statement | None, before: str) -> Where:
             return "head" if not rest or rest[-1] == ":" or rest[0] == "#" else "none"
 
 
-def _in_command(statement: parser.Command, before: str, cursor: Cursor) -> Cursor:
+def _in_command(statement: parser.WrittenCommand, before: str, cursor: Cursor) -> Cursor:
     end = statement.start + len(statement.mnemonic)
     if len(before) <= end:
         return cursor._replace(place="head")

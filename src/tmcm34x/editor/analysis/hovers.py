@@ -61,7 +61,7 @@ def _hover_texts(
             yield f"includes `{included}`"
     elif in_comment and not isinstance(statement, parser.Data):
         return
-    elif isinstance(statement, parser.Command) and token.start == statement.start:
+    elif isinstance(statement, parser.WrittenCommand) and token.start == statement.start:
         yield command_text(statement.mnemonic)
         entry = program.codes.get((file, line))
         if entry is not None and entry[1].instruction is not None:
@@ -78,7 +78,7 @@ def _name_texts(
     if symbol is not None:
         yield symbol_text(symbol[0])
     entry = program.codes.get((file, line))
-    if entry is not None and isinstance(statement, parser.Command) and entry[1].row is not None:
+    if entry is not None and isinstance(statement, parser.WrittenCommand) and entry[1].row is not None:
         index = _operand_index(statement.operands, token)
         if index is not None:
             yield from _operand_texts(program, entry, index, token)

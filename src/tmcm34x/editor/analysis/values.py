@@ -77,16 +77,16 @@ def hints(program: Analysis, file: str, first_line: int, last_line: int) -> list
             continue
         address, code = entry
         statement = code.line.statement
-        if not isinstance(statement, parser.Command | parser.Data):
+        if not isinstance(statement, parser.WrittenCommand | parser.Data):
             continue
         hints.append(Hint(line, statement.start, "address", f"{address:04}"))
-        if isinstance(statement, parser.Command):
+        if isinstance(statement, parser.WrittenCommand):
             hints += _operand_hints(program, line, entry, statement)
     return hints
 
 
 def _operand_hints(
-    program: Analysis, line: int, entry: tuple[int, Code], statement: parser.Command
+    program: Analysis, line: int, entry: tuple[int, Code], statement: parser.WrittenCommand
 ) -> Iterator[Hint]:
     address, code = entry
     row, instruction = code.row, code.instruction

@@ -10,8 +10,8 @@
 `polling`    loops that ask for what cannot change yet
 """
 
-from tmcm34x.firmware.program.counts import Counts
+from tmcm34x.firmware.program.counts import AddressCounts
 from tmcm34x.firmware.program.program import StandAloneProgram
 from tmcm34x.firmware.program.state import ProgramError, RunState
 
-__all__ = ["Counts", "ProgramError", "RunState", "StandAloneProgram"]
+__all__ = ["AddressCounts", "ProgramError", "RunState", "StandAloneProgram"]

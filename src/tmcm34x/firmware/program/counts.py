@@ -19,7 +19,7 @@ class _Meaning(NamedTuple):
     jumps: bool
 
 
-class Counts:
+class AddressCounts:
     """Counts by address, 0..2047."""
 
     def __init__(self) -> None:

@@ -23,7 +23,7 @@ from tmcm34x.clock import NEVER
 from tmcm34x.firmware.dispatch import execute_in_program
 from tmcm34x.firmware.program import wait
 from tmcm34x.firmware.program.ahead import Ahead
-from tmcm34x.firmware.program.counts import Counts
+from tmcm34x.firmware.program.counts import AddressCounts
 from tmcm34x.firmware.program.hooks import Ask, Hooks
 from tmcm34x.firmware.program.machine import Machine
 from tmcm34x.firmware.program.memory import Memory
@@ -89,11 +89,11 @@ class Execution:
         return cycle if cycle is not None and cycle.start <= self._module.now else None
 
     @property
-    def counts(self) -> Counts | None:
+    def counts(self) -> AddressCounts | None:
         """Where executed commands are counted, if they are."""
         return self._machine.counts
 
-    def count(self, counts: Counts | None) -> None:
+    def count(self, counts: AddressCounts | None) -> None:
         """Count executed commands in `counts` from now on; polling loops are then executed too.
 
         The former counts, if any, are complete when they are replaced: None counts no longer.

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Final, cast
 
-from tmcm34x.firmware.program.counts import Counts
+from tmcm34x.firmware.program.counts import AddressCounts
 from tmcm34x.firmware.program.registers import NAMES, Registers
 from tmcm34x.firmware.program.templates import (
     ENDS_BLOCK,
@@ -35,7 +35,7 @@ Code = Callable[[int], "str | None"]
 
 
 def fuse(
-    read: Read, code: Code, start: int, counts: Counts | None
+    read: Read, code: Code, start: int, counts: AddressCounts | None
 ) -> tuple[Collection[int], Callable[[Registers, int], int]]:
     """The addresses at which blocks begin around `start`, and the function for all of them.
 
@@ -98,7 +98,7 @@ def _cuts(region: Sequence[int], leaders: Collection[int]) -> set[int]:
 
 
 def _blocks(
-    read: Read, code: Code, region: Sequence[int], start: int, counts: Counts | None
+    read: Read, code: Code, region: Sequence[int], start: int, counts: AddressCounts | None
 ) -> dict[int, list[str]]:
     """The source of every block of `region`, by its first address."""
     inside, leaders = set(region), _leaders(read, region, start)
@@ -120,7 +120,7 @@ def _blocks(
     return blocks
 
 
-def _lines(template: str, address: int, counts: Counts | None) -> list[str]:
+def _lines(template: str, address: int, counts: AddressCounts | None) -> list[str]:
     if counts is None or not conditional(template):
         return statements(template)
     return counted(template, counts.jump(address))

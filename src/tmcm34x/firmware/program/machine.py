@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, Final, cast
 
-from tmcm34x.firmware.program.counts import Counts
+from tmcm34x.firmware.program.counts import AddressCounts
 from tmcm34x.firmware.program.fuse import LONGEST_BLOCK, fuse
 from tmcm34x.firmware.program.registers import Contents, Registers
 from tmcm34x.firmware.program.templates import compiled, conditional, counted, statements, template_of
@@ -76,7 +76,7 @@ class Machine:
     def __init__(self, read: Callable[[int], Instruction]) -> None:
         self.guarded: frozenset[int] = frozenset()
         """Addresses whose commands count as module commands, because a hook is asked before them."""
-        self.counts: Counts | None = None
+        self.counts: AddressCounts | None = None
         """Where executed commands are counted, if they are."""
         self.read = read
         self._single: list[Operation] = []
@@ -93,7 +93,7 @@ class Machine:
         if self.counts is not None:
             self.counts.forget()
 
-    def count(self, counts: Counts | None) -> None:
+    def count(self, counts: AddressCounts | None) -> None:
         """Count executed commands in `counts` from now on, or no longer."""
         self.invalidate()
         self.counts = counts

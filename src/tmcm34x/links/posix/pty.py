@@ -20,7 +20,7 @@ import tty
 from collections.abc import Callable
 from pathlib import Path
 
-from tmcm34x.links import Connect, LinkError, Peer
+from tmcm34x.links import Connect, LinkOpenError, Peer
 
 assert sys.platform != "win32"
 
@@ -82,7 +82,7 @@ class PtyLink:
         try:
             self._master, self._slave = os.openpty()
         except OSError as error:
-            raise LinkError(f"cannot create a pseudo terminal: {error.strerror}") from error
+            raise LinkOpenError(f"cannot create a pseudo terminal: {error.strerror}") from error
         self._path = os.ttyname(self._slave)
         tty.setraw(self._slave)
         if self._link is not None:
@@ -105,10 +105,10 @@ class PtyLink:
             link.symlink_to(self._path)
         except FileExistsError as error:
             self.close()
-            raise LinkError(f"{link} is already there") from error
+            raise LinkOpenError(f"{link} is already there") from error
         except OSError as error:
             self.close()
-            raise LinkError(f"cannot create {link}: {error.strerror}") from error
+            raise LinkOpenError(f"cannot create {link}: {error.strerror}") from error
         self._linked = True
 
     def _remove_link(self, link: Path) -> None:

@@ -85,7 +85,7 @@ def check_commands(found: Findings) -> None:
     for code in found.assembly.code:
         row, instruction = code.row, code.instruction
         statement = code.line.statement
-        if row is None or instruction is None or not isinstance(statement, parser.Command):
+        if row is None or instruction is None or not isinstance(statement, parser.WrittenCommand):
             continue
         for verdict in verdicts(row.mnemonic, instruction, found.model):
             _pronounce(found, code, verdict)
@@ -224,14 +224,14 @@ def _surplus(found: Findings, code: Code, instruction: Instruction, spare: tuple
 def _without(code: Code, place: Location) -> Iterator[Fix]:
     """The fix that takes an operand away, and all after it, which have no effect either."""
     statement = code.line.statement
-    assert isinstance(statement, parser.Command)
+    assert isinstance(statement, parser.WrittenCommand)
     before = [o.end for o in statement.operands if o is not None and o.end < place.column]
     start = before[-1] if before else statement.start + len(statement.mnemonic)
     surplus = place._replace(column=start + 1, end=statement.end + 1)
     yield Fix("Remove what has no effect", (Edit(surplus, ""),))
 
 
-def _fractions(found: Findings, code: Code, row: Command, statement: parser.Command) -> None:
+def _fractions(found: Findings, code: Code, row: Command, statement: parser.WrittenCommand) -> None:
     """Numbers that lose a fraction: in a value where they are written with one, elsewhere always."""
     for operand, written in zip(row.operands, statement.operands, strict=False):
         if written is None or operand.kind == "word" or _is_whole(found, written):

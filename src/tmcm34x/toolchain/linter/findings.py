@@ -14,7 +14,7 @@ from tmcm34x.toolchain.diagnostics import Diagnostic, Fix, Location
 from tmcm34x.toolchain.entries import entries
 from tmcm34x.toolchain.expressions import Operand, evaluate
 from tmcm34x.toolchain.linter.rules import RULES, ignored_codes
-from tmcm34x.toolchain.parser import Command, Constant
+from tmcm34x.toolchain.parser import ConstantDefinition, WrittenCommand
 from tmcm34x.toolchain.tokens import Token
 
 Numbered = list[tuple[int, Instruction]]
@@ -117,7 +117,7 @@ class Findings:
     def _names_a_number(self, name: Token) -> bool:
         place = self.assembly.symbols[name.text.upper()].definition
         statement = self.assembly.lines[place.file][place.line - 1].statement
-        return isinstance(statement, Constant) and isinstance(statement.value, Token)
+        return isinstance(statement, ConstantDefinition) and isinstance(statement.value, Token)
 
 
 def is_number(operand: Operand) -> bool:
@@ -130,7 +130,7 @@ def is_number(operand: Operand) -> bool:
 def field_location(code: Code, field: Field) -> Location:
     """Where the operand for a field of the instruction stands; the whole command where it has none."""
     statement, row = code.line.statement, code.row
-    if isinstance(statement, Command) and row is not None:
+    if isinstance(statement, WrittenCommand) and row is not None:
         fields = (*(operand.field for operand in row.operands), *row.spare)
         index = fields.index(field)
         operand = statement.operands[index] if index < len(statement.operands) else None
@@ -144,7 +144,7 @@ def _addresses(code: Code) -> Iterator[Operand | None]:
     statement = code.line.statement
     if code.row is None:
         yield None
-    elif isinstance(statement, Command):
+    elif isinstance(statement, WrittenCommand):
         for row, operand in zip(code.row.operands, statement.operands, strict=False):
             if row.kind == "address":
                 yield operand

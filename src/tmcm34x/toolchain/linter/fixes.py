@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from tmcm34x.toolchain.assembler import Code, Symbol
 from tmcm34x.toolchain.diagnostics import Edit, Fix, shown
 from tmcm34x.toolchain.linter.findings import Findings, name_of
-from tmcm34x.toolchain.parser import Constant
+from tmcm34x.toolchain.parser import ConstantDefinition
 from tmcm34x.toolchain.tokens import BLANKS
 
 
@@ -34,7 +34,7 @@ def forgetting(found: Findings, symbol: Symbol) -> tuple[Fix, ...]:
     text = found.assembly.sources[place.file][place.line - 1]
     line = found.assembly.lines[place.file][place.line - 1]
     end = len(text) if line.comment is None else line.comment
-    if not isinstance(line.statement, Constant):
+    if not isinstance(line.statement, ConstantDefinition):
         end = text.index(":", place.end - 1) + 1
     while text[end : end + 1] and text[end] in BLANKS:
         end += 1

@@ -6,7 +6,15 @@ from collections.abc import Sequence
 
 from tmcm34x.toolchain.expressions import Expression, Operand
 from tmcm34x.toolchain.mending.text import Change
-from tmcm34x.toolchain.parser import Command, Constant, Data, Include, Problem, SourceLine, Statement
+from tmcm34x.toolchain.parser import (
+    ConstantDefinition,
+    Data,
+    Include,
+    Problem,
+    SourceLine,
+    Statement,
+    WrittenCommand,
+)
 from tmcm34x.toolchain.tokens import Token
 
 
@@ -62,9 +70,9 @@ class _Back:
         return Expression(start, self.end(start, old.end), steps)
 
     def statement(self, old: Statement | None) -> Statement | None:
-        if isinstance(old, Constant):
-            return Constant(self.token(old.name), self.operand(old.value))
-        if not isinstance(old, Command | Data | Include):
+        if isinstance(old, ConstantDefinition):
+            return ConstantDefinition(self.token(old.name), self.operand(old.value))
+        if not isinstance(old, WrittenCommand | Data | Include):
             return old
         start = self.start(old.start)
         whole = old._replace(start=start, end=self.end(start, old.end))

@@ -9,7 +9,7 @@ from typing import Final
 from tmcm34x.tmcl.commands import BY_MNEMONIC
 from tmcm34x.toolchain.diagnostics import shown
 from tmcm34x.toolchain.mending.spelling import nearest
-from tmcm34x.toolchain.mending.text import NAME, Repair, Text, change
+from tmcm34x.toolchain.mending.text import NAME, Repair, TakenApart, change
 
 _ASSIGNED: Final = re.compile(rf"({NAME})\s*(:=|==|\bEQU\b)", re.ASCII | re.IGNORECASE)
 _DECLARED: Final = re.compile(rf"((?:CONST|LET|VAR|INT)\s+){NAME}\s*=", re.ASCII | re.IGNORECASE)
@@ -20,7 +20,7 @@ _MARKED: Final = re.compile(rf"\s*({NAME})\s*(;|,|\.(?=\s))(?=\s*[A-Za-z])", re.
 _BEFORE: Final = re.compile(rf"\s*(:)\s*({NAME})(?=\s*(?://|\Z|[A-Za-z]))", re.ASCII)
 
 
-def directive(line: Text) -> Iterator[Repair]:
+def directive(line: TakenApart) -> Iterator[Repair]:
     """`include` without its `#` or with a slip, `#define`."""
     match = _DEFINED.match(line.text, line.body)
     if match is not None:
@@ -32,7 +32,7 @@ def directive(line: Text) -> Iterator[Repair]:
         yield change("E103", "another file is included by #include", (*match.span(), "#include"))
 
 
-def _means_include(line: Text, match: re.Match[str]) -> bool:
+def _means_include(line: TakenApart, match: re.Match[str]) -> bool:
     word = match[2].lower()
     if word.upper() in BY_MNEMONIC or not nearest(word, ("include",), 2):
         return False
@@ -40,7 +40,7 @@ def _means_include(line: Text, match: re.Match[str]) -> bool:
     return bool(match[1]) or quotes or word == "include"
 
 
-def constant(line: Text) -> Iterator[Repair]:
+def constant(line: TakenApart) -> Iterator[Repair]:
     """`NAME := 5`, `NAME EQU 5`, `CONST NAME = 5`."""
     match = _ASSIGNED.match(line.text, line.body)
     if match is not None:
@@ -52,7 +52,7 @@ def constant(line: Text) -> Iterator[Repair]:
         yield change("E103", text, (*match.span(1), ""), kind="declaration")
 
 
-def label(line: Text) -> Iterator[Repair]:
+def label(line: TakenApart) -> Iterator[Repair]:
     """`Loop; MVP ...`, `:Loop`."""
     match = _MARKED.match(line.text)
     if match is not None and line.row is None:
@@ -63,7 +63,7 @@ def label(line: Text) -> Iterator[Repair]:
         yield change("E103", text, (*match.span(1), ""), (match.end(2), match.end(2), ":"))
 
 
-def line_number(line: Text) -> Iterator[Repair]:
+def line_number(line: TakenApart) -> Iterator[Repair]:
     """The number of the line in a manual's print before its statement."""
     match = _NUMBERED.match(line.text)
     if match is not None:

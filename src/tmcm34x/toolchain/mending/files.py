@@ -52,7 +52,7 @@ def mend(texts: Sequence[str], lines: list[parser.SourceLine]) -> list[Mistake]:
 
 def _is_unknown(statement: parser.Statement | None) -> bool:
     """Whether a statement is a command that does not exist."""
-    return type(statement) is parser.Command and statement.mnemonic.upper() not in BY_MNEMONIC
+    return type(statement) is parser.WrittenCommand and statement.mnemonic.upper() not in BY_MNEMONIC
 
 
 class _File:

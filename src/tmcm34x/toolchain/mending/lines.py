@@ -13,7 +13,7 @@ from typing import Final
 from tmcm34x.toolchain import parser
 from tmcm34x.toolchain.mending import definitions, punctuation, vocabulary
 from tmcm34x.toolchain.mending.soundness import sound
-from tmcm34x.toolchain.mending.text import LONGEST, Repair, Text, changed, take_apart
+from tmcm34x.toolchain.mending.text import LONGEST, Repair, TakenApart, changed, take_apart
 
 
 @lru_cache(maxsize=4096)
@@ -37,7 +37,7 @@ def guess(text: str) -> Repair | None:
     return None if len(text) > LONGEST else next(vocabulary.guess(take_apart(text, frozenset())), None)
 
 
-REPAIRS: Final[tuple[Callable[[Text], Iterator[Repair]], ...]] = (
+REPAIRS: Final[tuple[Callable[[TakenApart], Iterator[Repair]], ...]] = (
     punctuation.characters, punctuation.end_of_file, vocabulary.symbol_for_word, vocabulary.meaning,
     vocabulary.misspelt, definitions.directive, definitions.constant, punctuation.comma_after_command,
     punctuation.parentheses, punctuation.at_the_end, punctuation.commas, definitions.label, vocabulary.glued,

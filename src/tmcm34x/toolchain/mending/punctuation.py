@@ -9,7 +9,7 @@ from typing import Final
 
 from tmcm34x.toolchain.diagnostics import shown
 from tmcm34x.toolchain.mending import words
-from tmcm34x.toolchain.mending.text import NAME, Change, Repair, Text, change
+from tmcm34x.toolchain.mending.text import NAME, Change, Repair, TakenApart, change
 from tmcm34x.toolchain.tokens import BLANKS, Token, tokenize
 
 _CALLED: Final = re.compile(rf"({NAME})\s*(\()(.*?)(\)?)\s*$", re.ASCII)
@@ -22,7 +22,7 @@ _LOOSE: Final = ";:."
 """What is typed for a comma."""
 
 
-def characters(line: Text) -> Iterator[Repair]:
+def characters(line: TakenApart) -> Iterator[Repair]:
     """Characters of word processors for the plain ones."""
     changes = tuple(
         (column, column + 1, words.CHARACTERS[character])
@@ -37,7 +37,7 @@ def characters(line: Text) -> Iterator[Repair]:
         )
 
 
-def end_of_file(line: Text) -> Iterator[Repair]:
+def end_of_file(line: TakenApart) -> Iterator[Repair]:
     """Ctrl-Z, with which DOS ended its files."""
     column = line.text.find("\x1a")
     if column >= 0 and not line.text[column + 1 :].strip("\x1a \t"):
@@ -46,7 +46,7 @@ def end_of_file(line: Text) -> Iterator[Repair]:
         )
 
 
-def comma_after_command(line: Text) -> Iterator[Repair]:
+def comma_after_command(line: TakenApart) -> Iterator[Repair]:
     """`JC, ZE, Loop`."""
     blank = line.after[: len(line.after) - len(line.after.lstrip(BLANKS))]
     place = line.rest + len(blank)
@@ -55,7 +55,7 @@ def comma_after_command(line: Text) -> Iterator[Repair]:
         yield change("E103", f"{line.head.upper()} is not followed by ','", (place, place + 1, new))
 
 
-def parentheses(line: Text) -> Iterator[Repair]:
+def parentheses(line: TakenApart) -> Iterator[Repair]:
     """`SAP(4, 0, 5)`, `JA (Label)`."""
     match = _CALLED.match(line.text, line.body, line.end)
     if match is not None and line.row is not None:
@@ -71,7 +71,7 @@ def parentheses(line: Text) -> Iterator[Repair]:
         )
 
 
-def at_the_end(line: Text) -> Iterator[Repair]:
+def at_the_end(line: TakenApart) -> Iterator[Repair]:
     """A comma, colon, semicolon or full stop after the last operand."""
     code = line.text[: line.end].rstrip(BLANKS)
     if code and code[-1] in ",:;." and line.body < len(code) - 1:
@@ -79,13 +79,13 @@ def at_the_end(line: Text) -> Iterator[Repair]:
         yield change("E103", what, (len(code) - 1, len(code), ""))
 
 
-def commas(line: Text) -> Iterator[Repair]:
+def commas(line: TakenApart) -> Iterator[Repair]:
     """One comma too many."""
     for match in re.finditer(r",\s*(,)", line.text[: line.end]):
         yield change("E103", "an operand is missing between two commas", (*match.span(1), ""))
 
 
-def missing_comma(line: Text) -> Iterator[Repair]:
+def missing_comma(line: TakenApart) -> Iterator[Repair]:
     """`SAP 4, 0 500`."""
     if line.row is None:
         return
@@ -109,13 +109,13 @@ def _gaps(tokens: list[Token]) -> Iterator[Token]:
             yield token
 
 
-def _comma(line: Text, place: int) -> tuple[int, int, str]:
+def _comma(line: TakenApart, place: int) -> tuple[int, int, str]:
     """A comma for the mark at a place, and a blank where none follows."""
     followed = line.text[place + 1 : place + 2].isspace()
     return place, place + 1, "," if followed else ", "
 
 
-def separators(line: Text) -> Iterator[Repair]:
+def separators(line: TakenApart) -> Iterator[Repair]:
     """Something else where a comma should be."""
     if line.row is None:
         return
@@ -127,7 +127,7 @@ def separators(line: Text) -> Iterator[Repair]:
                 yield change("E103", f"operands are separated by ',', not by {mark!r}", *changes)
 
 
-def comment(line: Text) -> Iterator[Repair]:
+def comment(line: TakenApart) -> Iterator[Repair]:
     """The comments of other languages."""
     text = line.text
     for marker in _MARKERS:
@@ -143,7 +143,7 @@ def comment(line: Text) -> Iterator[Repair]:
             column = text.find(marker, column + 1)
 
 
-def prefix(line: Text) -> Iterator[Repair]:
+def prefix(line: TakenApart) -> Iterator[Repair]:
     """`#500` for 500."""
     for match in re.finditer(r"#(?=[\d$%])", line.text[line.rest : line.end]):
         place = line.rest + match.start()

@@ -22,10 +22,10 @@ def sound(line: parser.SourceLine) -> bool:
         return False
     if isinstance(statement, parser.Data):
         return len(statement.operands) == _DATA_OPERANDS
-    return not isinstance(statement, parser.Command) or _whole(statement)
+    return not isinstance(statement, parser.WrittenCommand) or _whole(statement)
 
 
-def _whole(statement: parser.Command) -> bool:
+def _whole(statement: parser.WrittenCommand) -> bool:
     row, given = BY_MNEMONIC.get(statement.mnemonic.upper()), statement.operands
     if row is None:
         return False
@@ -45,7 +45,7 @@ def _takes(operand: OperandRow, written: object) -> bool:
 def suits(line: parser.SourceLine) -> bool:
     """Whether the plain numbers of a sound line are such as its command takes."""
     statement = line.statement
-    if not sound(line) or not isinstance(statement, parser.Command):
+    if not sound(line) or not isinstance(statement, parser.WrittenCommand):
         return False
     row = BY_MNEMONIC[statement.mnemonic.upper()]
     numbers = [

@@ -32,7 +32,7 @@ class Repair(NamedTuple):
     kind: str = ""
 
 
-class Text(NamedTuple):
+class TakenApart(NamedTuple):
     """A line taken apart: where its code ends, where its statement begins, its first word and what follows."""
 
     text: str
@@ -53,14 +53,14 @@ class Text(NamedTuple):
         return self.text[self.rest : self.end]
 
 
-def take_apart(text: str, labels: frozenset[str]) -> Text:
+def take_apart(text: str, labels: frozenset[str]) -> TakenApart:
     """The parts of a line; `labels` are those of its file, in upper case."""
     slashes = text.find("//")
     end = len(text) if slashes < 0 else slashes
     body = _BODY.match(text, 0, end)
     start = body.end() if body is not None else 0
     head = _HEAD.match(text, start, end)
-    return Text(text, end, start, head[1] if head else "", head.end() if head else start, labels)
+    return TakenApart(text, end, start, head[1] if head else "", head.end() if head else start, labels)
 
 
 def changed(text: str, changes: tuple[Change, ...]) -> str:

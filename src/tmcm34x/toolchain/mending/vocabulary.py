@@ -12,11 +12,11 @@ from tmcm34x.toolchain.diagnostics import article, one_of, shown
 from tmcm34x.toolchain.mending import words
 from tmcm34x.toolchain.mending.soundness import sound, suits
 from tmcm34x.toolchain.mending.spelling import nearest
-from tmcm34x.toolchain.mending.text import Repair, Text, change, changed
+from tmcm34x.toolchain.mending.text import Repair, TakenApart, change, changed
 from tmcm34x.toolchain.tokens import BLANKS, tokenize
 
 
-def symbol_for_word(line: Text) -> Iterator[Repair]:
+def symbol_for_word(line: TakenApart) -> Iterator[Repair]:
     """`JC =, Label` for JC EQ."""
     row = line.row
     first, comma, _ = line.after.partition(",")
@@ -34,7 +34,7 @@ def symbol_for_word(line: Text) -> Iterator[Repair]:
         yield Repair("E205", start, start + len(written), text)
 
 
-def meaning(line: Text) -> Iterator[Repair]:
+def meaning(line: TakenApart) -> Iterator[Repair]:
     """Commands as other languages call them."""
     meant = words.COMMANDS.get(line.head.upper())
     called = line.after.strip(BLANKS)
@@ -46,7 +46,7 @@ def meaning(line: Text) -> Iterator[Repair]:
         yield change("E201", text, (start, line.rest, meant))
 
 
-def misspelt(line: Text) -> Iterator[Repair]:
+def misspelt(line: TakenApart) -> Iterator[Repair]:
     """A command with a slip in it, where the operands fit."""
     near = _near(line)
     fitting = [n for n in near if suits(_with_head(line, n))] or [
@@ -59,24 +59,24 @@ def misspelt(line: Text) -> Iterator[Repair]:
         yield Repair("E201", line.body, line.rest, text)
 
 
-def _with_head(line: Text, name: str) -> parser.SourceLine:
+def _with_head(line: TakenApart, name: str) -> parser.SourceLine:
     """The line with another command."""
     return parser.parse_line(changed(line.text, ((line.body, line.rest, name),)))
 
 
-def _near(line: Text) -> tuple[str, ...]:
+def _near(line: TakenApart) -> tuple[str, ...]:
     key = line.head.upper()
     if not key or key in BY_MNEMONIC or key in SISTER_COMMANDS:
         return ()
     return nearest(key, BY_MNEMONIC, 1 if len(key) < 5 else 2)
 
 
-def glued(line: Text) -> Iterator[Repair]:
+def glued(line: TakenApart) -> Iterator[Repair]:
     """`WAITTICKS, 0, 10`, `SAP4, 0, 5`, `JALoop`, `MVP ABS0, 5`."""
     return _glued_command(line) if line.row is None else _glued_word(line, line.row)
 
 
-def _glued_command(line: Text) -> Iterator[Repair]:
+def _glued_command(line: TakenApart) -> Iterator[Repair]:
     key = line.head.upper()
     for name in sorted(BY_MNEMONIC, key=len, reverse=True):
         left, first = key.removeprefix(name), BY_MNEMONIC[name].operands[:1]
@@ -90,7 +90,7 @@ def _glued_command(line: Text) -> Iterator[Repair]:
             yield change("E103", f"a space is missing after {name}", (place, place, " "))
 
 
-def _glued_word(line: Text, row: CommandRow) -> Iterator[Repair]:
+def _glued_word(line: TakenApart, row: CommandRow) -> Iterator[Repair]:
     words_of = row.operands[0].words if row.operands else ()
     first = next(iter(tokenize(line.text, line.rest, line.end)), None)
     written = "" if first is None else first.text.upper()
@@ -107,7 +107,7 @@ def _jumps(row: CommandRow) -> bool:
     return row.operands[-1].kind == "address"
 
 
-def split(line: Text) -> Iterator[Repair]:
+def split(line: TakenApart) -> Iterator[Repair]:
     """A blank within a command or a number."""
     tokens = tokenize(line.text, line.body, line.end)
     for before, after in pairwise(tokens):
@@ -119,14 +119,14 @@ def split(line: Text) -> Iterator[Repair]:
                 yield change("E103", text, (before.end, after.start, ""))
 
 
-def calcx(line: Text) -> Iterator[Repair]:
+def calcx(line: TakenApart) -> Iterator[Repair]:
     """`CALC SUB` without a number."""
     if line.head.upper() == "CALC":
         text = "CALC needs a number; with the X register it is CALCX"
         yield change("E203", text, (line.body, line.rest, "CALCX"))
 
 
-def missing_word(line: Text) -> Iterator[Repair]:
+def missing_word(line: TakenApart) -> Iterator[Repair]:
     """The word that comes first was left out: `JC Loop`, `WAIT 100`."""
     row, tokens = line.row, tokenize(line.text, line.rest, line.end)
     if row is None or not tokens or not row.operands or row.operands[0].kind != "word":
@@ -144,7 +144,7 @@ def missing_word(line: Text) -> Iterator[Repair]:
         yield Repair("E203", first.start, first.end, what)
 
 
-def guess(line: Text) -> Iterator[Repair]:
+def guess(line: TakenApart) -> Iterator[Repair]:
     """A command with a slip in it, whose operands are wrong too; or one that TMCL does not have."""
     key = line.head.upper()
     if key in words.NOTES:
