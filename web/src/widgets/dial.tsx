@@ -1,10 +1,10 @@
 // A motor's dial: the rotor as it stands, the speed as an arc.  The rotor is a layer of its own, which the browser
 // turns without painting anything anew.
 import { rangeOf } from "../logic/scales";
-import { useSignalEffect } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { MOTOR_FLAGS } from "../wire";
 import { motors, powered, welcome } from "../logic/app";
+import { useFrameEffect } from "./frame";
 
 const R = 47;
 const BOX = "-56 -56 112 112";
@@ -28,7 +28,7 @@ export function Dial({ motor }: { motor: number }) {
     const field = useRef<SVGPathElement>(null);
     const speed = useRef<SVGPathElement>(null);
     const shown = useRef({ speed: NaN, slip: NaN });
-    useSignalEffect(() => {
+    useFrameEffect(() => {
         const state = motors[motor]!.value;
         const turn = ((state.angle / Math.PI) * 180) % 360;
         if (rotor.current) rotor.current.style.transform = `rotate(${turn.toFixed(2)}deg)`;

@@ -1,9 +1,10 @@
 // The way of an axis: position, target, and the switches that a bench has.
-import { useSignal, useSignalEffect } from "@preact/signals";
+import { useSignal } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { flag, motors, world } from "../../logic/app";
 import { grouped } from "../../logic/units";
 import type { AxisWorld, Cam as CamPlace } from "../../wire";
+import { useFrameEffect } from "../../widgets/frame";
 
 interface Way {
     low: number;
@@ -28,7 +29,7 @@ export function Rail({ motor }: { motor: number }) {
     const labels = useSignal<[string, string]>(["", ""]);
     const axis = world.value?.axes[motor];
     const ends = axis && machineEnds(axis);
-    useSignalEffect(() => {
+    useFrameEffect(() => {
         const { position, target, mode, place, speed, resolution } = motors[motor]!.value;
         const machine = world.value?.axes[motor];
         const limits = machine && machineEnds(machine);

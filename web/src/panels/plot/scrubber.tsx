@@ -1,6 +1,6 @@
 // The whole history under the plot: marks of what happened, and the moment that is shown; dragging shows another one.
 import { useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { shownTheme } from "../../logic/actions";
 import { can } from "../../logic/app";
 import { branch, end, hertz, history, leave, marks, past, readMarks, show } from "../../logic/past";
@@ -90,7 +90,8 @@ export function Scrubber() {
     }, [number]);
     const [found, theme] = [marks.value, shownTheme()];
     const visible = can.value.history && shape !== null && shown !== null;
-    useEffect(() => {
+    // In the frame of the values, not in one of its own.
+    useLayoutEffect(() => {
         if (canvas.current) draw(canvas.current, oldest, last);
     }, [found, theme, oldest, last, visible]);
     if (!visible) return null;
