@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import gc
 import json
 import random
 import resource
@@ -10,6 +9,7 @@ import socket
 
 import pytest
 
+from far_ends import far_end
 from tmcm34x.cli.dap import SERVICES
 from tmcm34x.debug.dap import Adapter
 from tmcm34x.debug.dap.messages import LARGEST, Framing, FramingError, frame
@@ -214,20 +214,10 @@ def test_more_editors_than_fit_are_reset_by_the_language_server():
     asyncio.run(scenario())
 
 
-def connection_to(address):
-    """The server's end of an editor's connection."""
-    for sock in gc.get_objects():
-        if isinstance(sock, socket.socket) and sock.fileno() >= 0:
-            with contextlib.suppress(OSError):
-                if sock.getpeername() == address:
-                    return sock
-    raise AssertionError
-
-
 def test_an_editor_whose_computer_is_gone_is_found_out():
     async def scenario():
         async with listening() as address, connected(address) as (editor, _):
-            assert connection_to(editor).getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+            assert far_end(editor).getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
 
     asyncio.run(scenario())
 

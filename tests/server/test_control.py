@@ -1,25 +1,14 @@
 """The control socket's connections."""
 
 import asyncio
-import contextlib
-import gc
 import json
 import socket
 
+from far_ends import far_end
 from tmcm34x.bench import simple_rig
 from tmcm34x.bench.counters import Counters
 from tmcm34x.server import Server
 from tmcm34x.server.control import Control
-
-
-def far_end(address):
-    """The server's end of a connection."""
-    for sock in gc.get_objects():
-        if isinstance(sock, socket.socket) and sock.fileno() >= 0:
-            with contextlib.suppress(OSError):
-                if sock.getpeername() == address:
-                    return sock
-    raise AssertionError
 
 
 def test_a_client_whose_computer_is_gone_is_found_out():

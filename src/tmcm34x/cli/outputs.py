@@ -53,7 +53,7 @@ def _claim(path: Path, param: click.Parameter | None, ctx: click.Context | None)
         return
     claims: dict[Path, click.Parameter] = ctx.meta.setdefault(__name__, {})
     other = claims.setdefault(real_path(path), param)
-    if other is not param and isinstance(other.type, _OutPath) | isinstance(param.type, _OutPath):
+    if other is not param and _OutPath in (type(other.type), type(param.type)):
         names = " and ".join(each.get_error_hint(ctx).strip("'") for each in (other, param))
         raise click.UsageError(f"{path} is both {names}: what is written needs a file of its own", ctx)
 
