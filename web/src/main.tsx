@@ -1,7 +1,7 @@
 // Opens the page, and its connection to the server.
 import { effect } from "@preact/signals";
 import { render } from "preact";
-import { shownTheme } from "./logic/actions";
+import { shownTheme } from "./logic/theme";
 import { connection, loaded, welcome } from "./logic/app";
 import "./logic/events";
 import { openFile, restore } from "./logic/documents";

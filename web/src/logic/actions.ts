@@ -1,6 +1,6 @@
 // Everything the page can do: one row each. Tool bar, key bindings, palette and overview read it.
 import { question } from "./confirm";
-import { effect, signal } from "@preact/signals";
+import { signal } from "@preact/signals";
 import { find, toggleHere } from "../editor/editor";
 import { showHints } from "../editor/server";
 import { ask, can, held, inRoutine, running, send, stopAll, timePaused, welcome } from "./app";
@@ -21,6 +21,7 @@ import {
 } from "./documents";
 import { beginTour } from "./tour";
 import { layout, lowerPanel, palette, right, showBottom, showRight, theme } from "./layout";
+import { shownTheme } from "./theme";
 import { past } from "./past";
 import { PAST_ACTIONS } from "./past_actions";
 import type { ControlProgram } from "../wire";
@@ -352,11 +353,6 @@ export const ACTIONS: Action[] = [
 ACTIONS.push(...DEBUG_ACTIONS);
 
 export const overview = signal(false);
-export const shownTheme = (): "dark" | "light" =>
-    theme.value || (matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark");
-effect(() => {
-    document.documentElement.dataset.theme = shownTheme();
-});
 
 const BY_ID = new Map(ACTIONS.map(action => [action.id, action]));
 const BY_KEYS = new Map(ACTIONS.flatMap(action => (action.keys ?? []).map(keys => [keys, action] as const)));

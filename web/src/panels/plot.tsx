@@ -1,11 +1,12 @@
 // Curves over the module's time in lanes by unit: pause, zoom, cursors, trigger, marks; export as CSV, PNG and VCD.
 import { useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { shownTheme } from "../logic/actions";
+import { shownTheme } from "../logic/theme";
 import { COUNTER_COLUMN, clockSeconds, OUTPUT_COLUMN, samples, setWatches, watches, welcome } from "../logic/app";
 import { past } from "../logic/past";
 import { toCsv, toVcd, type Curve } from "../logic/export";
 import { Choice, Empty, IconButton, Menu, offer } from "../widgets/basics";
+import { useFrameEffect } from "../widgets/frame";
 import { Icon } from "../widgets/icons";
 import { makeChart, type Chart, type Reading, type View } from "./plot/chart";
 import {
@@ -135,7 +136,7 @@ export function Plot() {
             chart.current = null;
         };
     }, [curves.value]);
-    useSignalEffect(() => {
+    useFrameEffect(() => {
         void [span.value, past.value && clockSeconds.value];
         redraw();
     });

@@ -1,8 +1,9 @@
 // The arrows of an axis.
-import { useSignal, useSignalEffect } from "@preact/signals";
+import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { ask, connection } from "../../logic/app";
 import { notReady, ready } from "../../logic/authority";
+import { useFrameEffect } from "../../widgets/frame";
 import { Icon } from "../../widgets/icons";
 import { jogSpeed, microsteps, strides } from "./strides";
 import { unless } from "../../logic/hindrance";
@@ -44,7 +45,7 @@ export function Jog({ motor, direction }: { motor: number; direction: -1 | 1 }) 
             end();
         };
     }, []);
-    useSignalEffect(() => {
+    useFrameEffect(() => {
         if (!ready.value) end();
     });
     const hold = (event: KeyboardEvent) => {

@@ -3,8 +3,8 @@ import { useSignal } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import { flag, motors, world } from "../../logic/app";
 import { grouped } from "../../logic/units";
-import type { AxisWorld, Cam as CamPlace } from "../../wire";
-import { useFrameEffect } from "../../widgets/frame";
+import type { AxisWorld, Cam as CamPlace, MotorState } from "../../wire";
+import { Sketch, type Pen } from "../../widgets/sketch";
 
 interface Way {
     low: number;
@@ -19,43 +19,62 @@ function openWay(way: Way, far: number): Way {
     return { low: -high, high };
 }
 
+/** How far from zero an axis without ends is, or goes. */
+const farthest = ({ position, target, mode }: MotorState): number =>
+    Math.max(Math.abs(position), mode === 0 ? Math.abs(target) : 0);
+
+/** The way between the ends of a machine in microsteps; null where it has none.  `offset` is kept from one look to the next. */
+function machineWay(motor: number, state: MotorState, offset: { current: number }): Way | null {
+    const machine = world.value?.axes[motor];
+    const ends = machine && machineEnds(machine);
+    if (!ends) return null;
+    const each = (machine.fullsteps * 2 ** state.resolution) / machine.turn;
+    const now = state.position - state.place * each;
+    // The rotor trails the field by up to two full steps; what is more is a lost step or another zero.
+    if (state.speed === 0 || !(Math.abs(now - offset.current) < 3 * 2 ** state.resolution))
+        offset.current = Math.round(now);
+    const [low, high] = ends.map(end => Math.round(offset.current + end * each)).sort((a, b) => a - b);
+    return { low: low!, high: high! };
+}
+
+/** Pixels of the canvas beside the way, where half a carriage stands at its end. */
+const BESIDE = 8;
+
+/** Zero, the target and the position; the target is faint while the motor turns at a speed. */
+function drawWay({ ctx, width, colour }: Pen, { low, high }: Way, { position, target, mode }: MotorState): void {
+    const part = (value: number) => (Math.max(low, Math.min(high, value)) - low) / (high - low);
+    const at = (value: number) => BESIDE + part(value) * (width - 2 * BESIDE);
+    ctx.fillStyle = colour("--faint");
+    ctx.fillRect(Math.round(at(0)), 7, 1, 9);
+    ctx.fillStyle = colour("--text");
+    ctx.globalAlpha = mode === 0 ? 1 : 0.2;
+    const goal = at(target);
+    ctx.beginPath();
+    ctx.moveTo(goal - 5, 1);
+    ctx.lineTo(goal + 5, 1);
+    ctx.lineTo(goal, 7);
+    ctx.fill();
+    ctx.globalAlpha = 1;
+    ctx.fillStyle = colour("--motor");
+    ctx.beginPath();
+    ctx.roundRect(at(position) - 7, 7, 14, 9, 2);
+    ctx.fill();
+}
+
 /** The way of an axis with ends, or between where the motor has been: position, target, switches. */
 export function Rail({ motor }: { motor: number }) {
-    const carriage = useRef<HTMLDivElement>(null);
-    const goal = useRef<HTMLDivElement>(null);
-    const zero = useRef<HTMLElement>(null);
     const way = useRef<Way>({ low: -1000, high: 1000 });
     const offset = useRef(NaN);
     const labels = useSignal<[string, string]>(["", ""]);
     const axis = world.value?.axes[motor];
     const ends = axis && machineEnds(axis);
-    useFrameEffect(() => {
-        const { position, target, mode, place, speed, resolution } = motors[motor]!.value;
-        const machine = world.value?.axes[motor];
-        const limits = machine && machineEnds(machine);
-        if (limits) {
-            const each = (machine.fullsteps * 2 ** resolution) / machine.turn;
-            const now = position - place * each;
-            // The rotor trails the field by up to two full steps; what is more is a lost step or another zero.
-            if (speed === 0 || !(Math.abs(now - offset.current) < 3 * 2 ** resolution))
-                offset.current = Math.round(now);
-            const at = limits.map(end => Math.round(offset.current + end * each)).sort((a, b) => a - b);
-            way.current = { low: at[0]!, high: at[1]! };
-        } else way.current = openWay(way.current, Math.max(Math.abs(position), mode === 0 ? Math.abs(target) : 0));
-        const { low, high } = way.current;
-        if (labels.peek()[1] !== grouped(high) || labels.peek()[0] !== grouped(low))
-            labels.value = [grouped(low), grouped(high)];
-        const part = (value: number) => ((Math.max(low, Math.min(high, value)) - low) / (high - low)) * 100;
-        const move = (value: number) => `translateX(${part(value).toFixed(2)}%)`;
-        if (carriage.current) carriage.current.style.transform = move(position);
-        const key = `${target} ${mode} ${low} ${high}`;
-        if (goal.current && goal.current.dataset.at !== key) {
-            goal.current.dataset.at = key;
-            goal.current.style.transform = move(target);
-            goal.current.classList.toggle("unused", mode !== 0);
-            zero.current?.style.setProperty("left", `${part(0).toFixed(1)}%`);
-        }
-    });
+    const draw = (pen: Pen) => {
+        const state = motors[motor]!.value;
+        way.current = machineWay(motor, state, offset) ?? openWay(way.current, farthest(state));
+        const shown: [string, string] = [grouped(way.current.low), grouped(way.current.high)];
+        if (String(labels.peek()) !== String(shown)) labels.value = shown;
+        drawWay(pen, way.current, state);
+    };
     return (
         <div class="rail">
             <span>{labels.value[0]}</span>
@@ -73,13 +92,7 @@ export function Rail({ motor }: { motor: number }) {
                     axis.cams.map((cam, n) => (
                         <Cam key={n} motor={motor} cam={cam} ends={ends} flipped={axis.turn < 0} />
                     ))}
-                <i class="zero" ref={zero} />
-                <div class="slide goal" ref={goal}>
-                    <i />
-                </div>
-                <div class="slide carriage" ref={carriage}>
-                    <i />
-                </div>
+                <Sketch draw={draw} />
             </div>
             <span>{labels.value[1]}</span>
         </div>

@@ -77,7 +77,7 @@ export function makeChart(element: HTMLElement, curves: readonly ShownCurve[], w
         scales[scale] = {
             auto: true,
             range: (_, least, most) => {
-                const tall = height() / used.length;
+                const tall = size.height / used.length;
                 const [low, high] = view.lanes.get(scale) ?? roomFor(TITLE_PX / tall, pad(scale, least, most));
                 lanes.set(scale, { scale, low, high });
                 return laneRange(low, high, at, used.length);
@@ -86,7 +86,9 @@ export function makeChart(element: HTMLElement, curves: readonly ShownCurve[], w
     });
     const laneAt = (y: number, full: number) =>
         used[Math.max(0, Math.min(used.length - 1, Math.floor((y / full) * used.length)))]!;
-    const height = () => Math.max(60, element.clientHeight);
+    const measure = () => ({ width: element.clientWidth, height: Math.max(60, element.clientHeight) });
+    // Kept: to ask for it at each picture would lay the page out once more.
+    let size = measure();
     let drawn = -1;
     let last = 0;
 
@@ -112,8 +114,7 @@ export function makeChart(element: HTMLElement, curves: readonly ShownCurve[], w
     };
     const plot = new uPlot(
         {
-            width: element.clientWidth,
-            height: height(),
+            ...size,
             legend: { show: false },
             padding: [4, 24, 0, GUTTER],
             scales,
@@ -179,7 +180,7 @@ export function makeChart(element: HTMLElement, curves: readonly ShownCurve[], w
         element.dataset.span = `${range.min} ${range.max}`;
         element.dataset.moment = String(moment ?? "");
         plot.batch(() => {
-            plot.setData(dataBetween(curves, range.min, range.max, element.clientWidth), true);
+            plot.setData(dataBetween(curves, range.min, range.max, size.width), true);
             plot.setScale("x", range);
         });
     };
@@ -204,7 +205,7 @@ export function makeChart(element: HTMLElement, curves: readonly ShownCurve[], w
     });
     frameListeners.add(draw);
     redraw();
-    const observer = new ResizeObserver(() => plot.setSize({ width: element.clientWidth, height: height() }));
+    const observer = new ResizeObserver(() => plot.setSize((size = measure())));
     observer.observe(element);
     return {
         redraw,

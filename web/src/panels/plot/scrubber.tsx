@@ -1,12 +1,11 @@
 // The whole history under the plot: marks of what happened, and the moment that is shown; dragging shows another one.
-import { useSignal } from "@preact/signals";
-import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
-import { shownTheme } from "../../logic/actions";
+import { computed, useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
 import { can } from "../../logic/app";
-import { branch, end, hertz, history, leave, marks, past, readMarks, show } from "../../logic/past";
+import { branch, hertz, history, leave, marks, past, readMarks, show, shownEnd } from "../../logic/past";
 import { time } from "../../logic/app";
 import type { Mark } from "../../wire";
-import { css } from "./curves";
+import { Sketch, type Pen } from "../../widgets/sketch";
 import { unless } from "../../logic/hindrance";
 
 /** Between two looks for new marks. */
@@ -22,28 +21,30 @@ const COLOURS: Record<string, string> = {
     target: "--good",
 };
 
-const colourOf = ({ kind, motor }: Mark): string => css(COLOURS[kind] ?? (motor >= 0 ? `--motor${motor}` : "--text"));
+const colourOf = ({ kind, motor }: Mark): string => COLOURS[kind] ?? (motor >= 0 ? `--motor${motor}` : "--text");
 
-function draw(canvas: HTMLCanvasElement, oldest: number, last: number): void {
-    const scale = devicePixelRatio;
-    const [width, height] = [canvas.clientWidth * scale, canvas.clientHeight * scale];
-    canvas.width = width;
-    canvas.height = height;
-    const ctx = canvas.getContext("2d")!;
-    const found = marks.peek();
-    if (!found || last <= oldest) return;
+/** Clocks of the ends of the branch that is shown. */
+const range = computed(() => {
+    const oldest = branch.value?.oldest ?? 0;
+    return { oldest, last: Math.max(shownEnd.value, oldest + 1) };
+});
+
+function draw({ ctx, width, height, colour }: Pen): void {
+    const found = marks.value;
+    const { oldest, last } = range.value;
+    if (!found) return;
     const at = (clock: number): number => ((clock - oldest) / (last - oldest)) * width;
     const most = Math.max(1, ...found.telegrams);
     const part = (found.end - found.oldest) / found.telegrams.length;
-    ctx.fillStyle = css("--faint");
+    ctx.fillStyle = colour("--faint");
     found.telegrams.forEach((count, n) => {
         const tall = count && (0.25 + (0.75 * count) / most) * height * 0.5;
         const from = at(found.oldest + n * part);
-        ctx.fillRect(from, height - tall, Math.max(scale, at(found.oldest + (n + 1) * part) - from), tall);
+        ctx.fillRect(from, height - tall, Math.max(1, at(found.oldest + (n + 1) * part) - from), tall);
     });
     for (const mark of found.marks) {
-        ctx.fillStyle = colourOf(mark);
-        ctx.fillRect(at(mark.clock), 0, 1.5 * scale, height * 0.55);
+        ctx.fillStyle = colour(colourOf(mark));
+        ctx.fillRect(at(mark.clock), 0, 1.5, height * 0.55);
     }
 }
 
@@ -75,12 +76,11 @@ function Branches() {
 }
 
 export function Scrubber() {
-    const canvas = useRef<HTMLCanvasElement>(null);
+    const track = useRef<HTMLSpanElement>(null);
     const named = useSignal("");
     const shape = history.value;
     const shown = branch.value;
-    const oldest = shown?.oldest ?? 0;
-    const last = Math.max(end.value, oldest + 1);
+    const { oldest, last } = range.value;
     const number = shown?.number ?? -1;
     useEffect(() => {
         if (number < 0) return;
@@ -88,15 +88,9 @@ export function Scrubber() {
         const timer = setInterval(() => document.hidden || past.peek() || void readMarks(), EACH_MS);
         return () => clearInterval(timer);
     }, [number]);
-    const [found, theme] = [marks.value, shownTheme()];
-    const visible = can.value.history && shape !== null && shown !== null;
-    // In the frame of the values, not in one of its own.
-    useLayoutEffect(() => {
-        if (canvas.current) draw(canvas.current, oldest, last);
-    }, [found, theme, oldest, last, visible]);
-    if (!visible) return null;
+    if (!can.value.history || !shape || !shown) return null;
     const name = (event: PointerEvent) => {
-        const box = canvas.current!.getBoundingClientRect();
+        const box = track.current!.getBoundingClientRect();
         const place = (clock: number): number => ((clock - oldest) / (last - oldest)) * box.width;
         const x = event.clientX - box.left;
         const near = marks.value?.marks.filter(mark => Math.abs(place(mark.clock) - x) <= NEAR) ?? [];
@@ -109,9 +103,9 @@ export function Scrubber() {
     return (
         <div class={`scrubber ${past.value ? "past" : ""}`} role="group" aria-label="History">
             <span title="Drag to show a past moment">history</span>
-            <span class="track" onPointerMove={name} onPointerLeave={() => (named.value = "")}>
+            <span class="track" ref={track} onPointerMove={name} onPointerLeave={() => (named.value = "")}>
                 {named.value && <span class="scrub-name">{named.value}</span>}
-                <canvas ref={canvas} aria-hidden="true" />
+                <Sketch draw={draw} />
                 <input
                     type="range"
                     aria-label="Moment"
