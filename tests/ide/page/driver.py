@@ -166,7 +166,12 @@ def screens(page: Page) -> Iterator[str]:
     for tool in page.get_by_role("navigation", name="Tools").get_by_role("button").all():
         tool.click()
         yield tool.inner_text()
+    page.keyboard.press("Control+p")
+    page.keyboard.type("program.tmc")
+    page.keyboard.press("Enter")
+    page.locator(".cm-content").first.wait_for()
     page.keyboard.press("Control+Alt+s")
+    page.get_by_role("dialog", name="Save as").wait_for()
     yield "Save as"
     page.keyboard.press("Escape")
     for wish, there in (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from ide.page.driver import Ide, screens
+from ide.page.driver import Ide, screens, tab
 
 FINDINGS = """() => {
     const found = [];
@@ -104,6 +104,21 @@ def test_every_screen_fits(ide: Ide, chromium: Browser, name: str):
     context.close()
     assert len(found) > 20
     assert {screen: findings for screen, findings in found.items() if findings} == {}
+
+
+@pytest.mark.parametrize("name", ["phone", "zoomed to 200 %"])
+def test_a_small_page_does_not_grow_with_its_lower_panel(ide: Ide, chromium: Browser, name: str):
+    context = chromium.new_context(viewport=SIZES[name])  # type: ignore[arg-type]
+    page = context.new_page()
+    page.goto(ide.url)
+    page.locator(".axis").first.wait_for()
+    tab(page, "Telegrams")
+    tall = page.locator(".middle").bounding_box()["height"]  # type: ignore[index]
+    page.keyboard.press("F10")
+    page.get_by_role("button", name="Release").click()
+    expect(page.locator(".telegram").nth(7)).to_be_visible()
+    assert page.locator(".middle").bounding_box()["height"] == tall  # type: ignore[index]
+    context.close()
 
 
 def test_what_does_not_fit_is_found(page: Page):
