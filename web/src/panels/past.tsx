@@ -13,14 +13,26 @@ export function PastStrip() {
         <div class="banner past-strip" role="status">
             <Icon name="undo" />
             <span>
-                <b>PAST</b> {shownSeconds.value.toFixed(3)} s of {(end.value / hertz()).toFixed(3)} s
-                {left ? `, branch ${number}` : ""}. Time stands still; nothing here acts.
+                <b>PAST</b> {shownSeconds.value.toFixed(3)} s
+                <span class="more">
+                    {" "}
+                    of {(end.value / hertz()).toFixed(3)} s{left ? `, branch ${number}` : ""}. Time stands still;
+                    nothing here acts.
+                </span>
             </span>
-            <button title="Begin a new branch at this moment" onClick={() => void goOn(false)}>
-                Go on from here
+            <button
+                title="Begin a new branch at this moment"
+                aria-label="Go on from here"
+                onClick={() => void goOn(false)}
+            >
+                <span>
+                    Go on<span class="more"> from here</span>
+                </span>
             </button>
-            <button class="primary" title="Alt+F2" onClick={() => void leave()}>
-                Back to the present
+            <button class="primary" title="Alt+F2" aria-label="Back to the present" onClick={() => void leave()}>
+                <span>
+                    Back<span class="more"> to the present</span>
+                </span>
             </button>
         </div>
     );
