@@ -326,6 +326,17 @@ def test_run_over_a_program_of_somebody_else_asks_first(stage: Stage):
     expect(dialog).to_have_count(0)
 
 
+@pytest.mark.parametrize("earlier", [("SGP 5, 2, 77", "STOP")])
+def test_a_program_of_somebody_else_is_replaced_when_a_person_says_so(stage: Stage):
+    page, _, ask, observer = stage
+    arm(page)
+    page.keyboard.press("F9")
+    page.get_by_role("dialog").get_by_role("button", name="Replace it").click()
+    running(page)
+    until(page, lambda: ask("GAP 3, 0") == 500)
+    assert observer.read_instruction(0) == parse_instruction("ROR 0, 500")
+
+
 def test_137_in_direct_mode_is_confirmed_first(stage: Stage):
     page, _, ask, _ = stage
     ask("SGP 75, 0, 7")
