@@ -170,6 +170,7 @@ def test_a_stop_ends_single_steps_before_the_routine_behind_it(tmp_path, step):
             await editor.breakpoints("a.tmc", {"line": 4, "condition": "gp[5] > 10"})
             await editor.do(step, threadId=1)
             assert (await editor.event("stopped"))["description"] == "The program has stopped"
+            await page.event(wire.Happened, lambda event: event.kind == "held" and event.text == "end at 2")
             assert bench.rig.modules[0].program.counter == 2
             assert (await editor.do("evaluate", expression="gp[5]"))["result"] == "1"
             await page.until(lambda: not page.state["program"]["paused"])

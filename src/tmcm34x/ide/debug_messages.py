@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Final, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+
+if TYPE_CHECKING:
+    from tmcm34x.debug.control import Stop
 
 Message = dict[str, Any]
 Send = Callable[[Message], None]
@@ -29,7 +32,7 @@ class Emission(NamedTuple):
     asker: DebugWindow | None
     request: Message
     now: float
-    held_at: int | None
+    held: Stop | None
     attaching: bool
 
 

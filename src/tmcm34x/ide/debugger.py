@@ -318,17 +318,17 @@ class Debugger:
     def _emitted(self, message: Message) -> None:
         """Called in whatever thread the module is."""
         assert self._loop is not None
-        held_at = self._held_anew()
-        emission = Emission(message, self._asker, self._request, self._target.now, held_at, self._attaching)
+        held = self._held_anew()
+        emission = Emission(message, self._asker, self._request, self._target.now, held, self._attaching)
         self._loop.call_soon_threadsafe(self._deliver, emission)
 
-    def _held_anew(self) -> int | None:
-        """Where the program of the present is held, unless it was so at the last message."""
+    def _held_anew(self) -> Stop | None:
+        """Why and where the program of the present is held, unless it was so at the last message."""
         target = None if self._adapter is None else self._adapter.target
         if target is None or (isinstance(target, LiveSession) and target.looking_back):
             return None
         before, self._stop = self._stop, target.stop
-        return None if self._stop is None or self._stop is before else self._stop.address
+        return None if self._stop is before else self._stop
 
     def _deliver(self, emission: Emission) -> None:
         message = emission.message
@@ -372,8 +372,8 @@ class Debugger:
         event, body = emission.message["event"], emission.message.get("body", {})
         if event == "stopped":
             self._hurry()
-            if emission.held_at is not None:
-                text = f"{body['reason']} at {emission.held_at}"
+            if emission.held is not None:
+                text = f"{emission.held.reason} at {emission.held.address}"
                 self._tell(wire.Happened(emission.now, "held", -1, text))
         elif is_logged(emission.message):
             self._tell(wire.Happened(emission.now, "log", -1, body["output"].strip()))
