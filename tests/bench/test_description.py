@@ -14,10 +14,15 @@ BAD = [
     ("", "object missing required field module"),
     ("module = []", "module: expected array of length >= 1"),
     ("x =", "invalid"),
-    ("[[module]]\nmodel = 300", "module[0].model: invalid enum value 300"),
-    ("[[module]]\n[[module]]\ncolour = 1", "module[1]: object contains unknown field colour"),
+    ("[[module]]\nmodel = 300", "module[0].model: invalid enum value 300; expected 341, 342 or 343"),
+    ("[[module]]\n[[module]]\ncolour = 1", "module[1]: object contains unknown field colour; expected model, "),
     (AXIS + "[[module.axis]]\nswitch.left.position = 'x'", "module[0].axis[1].switch.left.position: expected float, got str"),
-    (AXIS + "load = { kind = 'rope' }", "module[0].axis[0].load.kind: invalid value 'rope'"),
+    (AXIS + "load = { kind = 'rope' }", "module[0].axis[0].load.kind: invalid value 'rope'; expected carriage"),
+    (AXIS + "load = { kind = 'cariage' }", "module[0].axis[0].load.kind: invalid value 'cariage'; did you mean carriage?"),
+    (AXIS + "load = { kind = 'carriage', leed_mm = 5 }", "module[0].axis[0].load: object contains unknown field leed_mm; did you mean lead_mm?"),
+    (AXIS + "load = { kind = 'turntable', leed_mm = 5 }", "unknown field leed_mm; expected "),
+    (AXIS + "[module.axis.switch.lefft]\nposition = 1.0", "module[0].axis[0].switch: object contains unknown field lefft; did you mean left?"),
+    ("[[module]]\n[[event]]\nat_ms = 1\ndo = 'leevl'", "event[0].do: invalid enum value 'leevl'; did you mean level?"),
     (AXIS + "load = { kind = 'carriage', low = 3.0, high = 1.0 }", "module[0].axis[0].load.high: expected more than low, got 1"),
     (AXIS + "load = { kind = 'carriage', low = 3.0 }", "module[0].axis[0].load.start: beyond the hard stop low"),
     (AXIS + "load = { kind = 'carriage', force = [[0, 1], [0, 2]] }", "module[0].axis[0].load.force: expected rising positions"),
@@ -61,7 +66,7 @@ def test_a_mistake_is_told_in_a_line_with_its_path(text, message):
 def test_the_name_of_the_file_comes_first_and_once(tmp_path):
     path = tmp_path / "bench.toml"
     path.write_text("[[module]]\nmodel = 1")
-    with pytest.raises(BenchError, match=r"bench\.toml: module\[0\]\.model: invalid enum value 1$"):
+    with pytest.raises(BenchError, match=r"bench\.toml: module\[0\]\.model: invalid enum value 1;"):
         load(path)
     path.write_text("[[module]]\n[[event]]\nat_ms = 1\ndo = 'fault'\nmodule = 4")
     with pytest.raises(BenchError, match=rf"^{path}: event\[0\]\.module: there are 1 modules$"):

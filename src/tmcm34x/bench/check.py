@@ -22,7 +22,7 @@ MOST: Final = 50
 """Mistakes that are looked for in one file."""
 _SYNTAX: Final = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 _PATH: Final = re.compile(r"((?:[A-Za-z_]\w*)(?:\.[A-Za-z_]\w*|\[\d+\])*): (.*)\Z", re.DOTALL)
-_UNKNOWN: Final = re.compile(r"unknown field (\w+)\Z")
+_UNKNOWN: Final = re.compile(r"unknown field (\w+)")
 _MISSING: Final = re.compile(r"missing required field (\w+)")
 _TABLE: Final = re.compile(r"^\s*\[+\s*modul", re.MULTILINE)
 _MODULE: Final = ("module",)

@@ -27,6 +27,7 @@ from tmcm34x.bench.tables import (
     Struct,
     text,
 )
+from tmcm34x.bench.validation import TableError, convert
 from tmcm34x.chips.tmc246 import FAULTS
 from tmcm34x.files import parse_toml, read_text
 from tmcm34x.world.load import Carriage as CarriageLoad
@@ -235,9 +236,9 @@ def from_table(table: dict[str, object]) -> Bench:
     """The description in the table of a bench file.  Raises `BenchError` with the path to what is wrong."""
     _check_numbers(table, "")
     try:
-        return msgspec.convert(table, Bench)
-    except msgspec.ValidationError as error:
-        raise BenchError(_with_path_first(str(error))) from error
+        return convert(table, Bench)
+    except TableError as error:
+        raise BenchError(str(error)) from error
 
 
 def read(path: str | Path) -> Bench:
@@ -270,14 +271,6 @@ def _check_numbers(value: object, path: str) -> None:
             _check_numbers(inner, f"{path}[{n}]")
     elif isinstance(value, float) and not isfinite(value):
         raise BenchError(f"{path}: {value} is not a number for a bench")
-
-
-def _with_path_first(message: str) -> str:
-    """The validator's message with its path in front: ``module[1].axis[0].motor: expected ...``."""
-    problem, _, path = message.partition(" - at `$")
-    path = path.rstrip("`").lstrip(".")
-    problem = problem[0].lower() + problem[1:].replace("`", "")
-    return f"{path}: {problem}" if path else problem
 
 
 assert set(FaultName.__args__) == set(FAULTS)

@@ -11,6 +11,7 @@ import msgspec
 from msgspec import Meta
 
 from tmcm34x.bench.tables import Struct
+from tmcm34x.bench.validation import TableError, convert
 from tmcm34x.files import parse_toml, read_text
 
 Number = int | float
@@ -100,11 +101,11 @@ class Sweep(Struct, frozen=True):
 def parse(text: str) -> Sweep:
     """The sweep in the text of a file; raises `SweepError` with the path to what is wrong."""
     try:
-        sweep = msgspec.convert(parse_toml(text), Sweep)
+        sweep = convert(parse_toml(text), Sweep)
     except tomllib.TOMLDecodeError as error:
         raise SweepError(str(error)) from None
-    except msgspec.ValidationError as error:
-        raise SweepError(_with_path_first(str(error))) from None
+    except TableError as error:
+        raise SweepError(str(error)) from None
     _check(sweep)
     return sweep
 
@@ -156,11 +157,3 @@ def numbers_of(vary: Vary) -> list[Number]:
     """The values of a list, or both ends of a range."""
     values = vary.values
     return [values.low, values.high] if isinstance(values, Range) else values
-
-
-def _with_path_first(message: str) -> str:
-    """The validator's message with its path in front: ``vary[1].values: expected ...``."""
-    problem, _, path = message.partition(" - at `$")
-    path = path.rstrip("`").lstrip(".")
-    problem = problem[0].lower() + problem[1:].replace("`", "")
-    return f"{path}: {problem}" if path else problem
