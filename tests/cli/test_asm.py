@@ -128,6 +128,16 @@ def test_asm_never_overwrites_its_source(invoke):
     assert Path("go.bin").read_text() == "STOP"
 
 
+def test_the_image_that_no_option_names_is_no_other_output(invoke):
+    put("go.tmc", "STOP")
+    status, out, err = invoke("asm", "go.tmc", "--listing", "go.bin")
+    assert (status, out) == (2, "")
+    assert (
+        err.strip() == "go.bin is both --listing and -o / --output: what is written needs a file of its own"
+    )
+    assert not Path("go.bin").exists()
+
+
 def test_dis_writes_source_that_assembles_to_the_image(invoke):
     put("go.bin", IMAGE + pack_binary([Instruction(37, 1, 2, 3), Instruction(0)]))
     status, out, err = invoke("dis", "go.bin")

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from tmcm34x.cli import CliError
-from tmcm34x.cli.outputs import TEXT_IN, TEXT_OUT, is_standard_output, only_one, write
+from tmcm34x.cli.outputs import TEXT_IN, TEXT_OUT, default_output, is_standard_output, only_one, write
 from tmcm34x.cli.source_files import (
     append_stop_option,
     assemble_file,
@@ -17,7 +17,6 @@ from tmcm34x.cli.source_files import (
     model_option,
     print_diagnostics,
 )
-from tmcm34x.files import real_path
 from tmcm34x.tmcl.datagram import Instruction
 from tmcm34x.toolchain.formatter import format_source
 from tmcm34x.toolchain.image import pack_binary, pack_hex
@@ -76,8 +75,8 @@ def command(
     program = assembly.program
     if output is None and is_standard_input(file):
         raise CliError("-: name the image with -o")
-    target = output or file.with_suffix(".bin")
-    _write_image(target, file, program)
+    target = output or default_output(file.with_suffix(".bin"), "-o")
+    _write_image(target, program)
     if listing_file is not None:
         write(listing_file, listing(assembly).encode())
     if plain_file is not None:
@@ -93,8 +92,6 @@ def command(
     return 0
 
 
-def _write_image(target: Path, source: Path, program: tuple[Instruction, ...]) -> None:
+def _write_image(target: Path, program: tuple[Instruction, ...]) -> None:
     """Write the image in the form that its suffix names; `-` is standard output, in binary form."""
-    if not is_standard_output(target) and real_path(target) == real_path(source):
-        raise CliError(f"{target}: would overwrite the source; name the image with -o")
     write(target, pack_hex(program).encode() if is_hex(target) else pack_binary(program))

@@ -54,8 +54,15 @@ def _claim(path: Path, param: click.Parameter | None, ctx: click.Context | None)
     claims: dict[Path, click.Parameter] = ctx.meta.setdefault(__name__, {})
     other = claims.setdefault(real_path(path), param)
     if other is not param and _OutPath in (type(other.type), type(param.type)):
-        names = " and ".join(each.get_error_hint(ctx).strip("'") for each in (other, param))
+        names = " and ".join(each.get_error_hint(ctx).replace("'", "") for each in (other, param))
         raise click.UsageError(f"{path} is both {names}: what is written needs a file of its own", ctx)
+
+
+def default_output(path: Path, option: str) -> Path:
+    """The name of a file to write where `option` names none; a usage error as if the option had it."""
+    ctx = click.get_current_context()
+    _claim(path, next(param for param in ctx.command.params if option in param.opts), ctx)
+    return path
 
 
 def _is_plain(path: Path) -> bool:
