@@ -6,13 +6,17 @@ import json
 import random
 import resource
 import socket
+import threading
+from functools import cache
 
 import pytest
+from pygls.protocol import default_converter
 
 from far_ends import far_end
 from tmcm34x.cli.dap import SERVICES
 from tmcm34x.debug.dap import Adapter
 from tmcm34x.debug.dap.messages import LARGEST, Framing, FramingError, frame
+from tmcm34x.editor import language_server
 from tmcm34x.editor.disk import DiskFiles
 from tmcm34x.editor.sessions import MOST_EDITORS, serve_messages, serve_tcp
 
@@ -304,3 +308,22 @@ def test_no_message_makes_a_reader_keep_more_than_it_announced():
         for _ in range(1000):
             list(Framing().feed(b"\0" * 65536))
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000
+
+
+def test_two_editors_that_come_at_once_do_not_disturb_each_other(monkeypatch):
+    makers = []
+
+    def make():
+        makers.append(threading.current_thread())
+        other = threading.Thread(target=language_server.TmclServer, args=(DiskFiles(),))
+        if len(makers) == 1:
+            other.start()
+            other.join(0.1)  # as far as it comes while the converter is being made
+        return default_converter()
+
+    monkeypatch.setattr(language_server, "_shared_converter", cache(make))
+    before = {*threading.enumerate()}
+    language_server.TmclServer(DiskFiles())
+    for other in {*threading.enumerate()} - before:
+        other.join()
+    assert makers == [threading.current_thread()]

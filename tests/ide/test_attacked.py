@@ -15,6 +15,7 @@ import re
 import socket
 import struct
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import UnionType
@@ -222,6 +223,7 @@ def attacked(tmp_path):
     ide.drop(0)
     ide.process.terminate()
     output, errors = ide.process.communicate(timeout=PATIENCE_S)
+    sys.stderr.write(errors)  # whole, where the assertion shows the first lines
     assert (ide.process.returncode, output, errors) == (0, "", "")
 
 

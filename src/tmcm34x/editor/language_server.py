@@ -15,6 +15,7 @@ import asyncio
 import logging
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
+from threading import Lock
 from typing import Any, Final, cast
 
 from lsprotocol import types
@@ -49,8 +50,15 @@ logging.getLogger("pygls.protocol.json_rpc").addFilter(_unanswered)
 # pygls warns of each question that an editor takes back after it was answered.
 logging.getLogger("pygls").setLevel(logging.ERROR)
 
-_converter = cache(default_converter)
+_shared_converter = cache(default_converter)
 """One for all sessions: what each makes as it goes is kept by the interpreter for ever."""
+_CONVERTER_LOCK: Final = Lock()
+
+
+def _converter() -> Any:
+    """The converter, made by one thread: the first one changes the protocol's types while it goes through them."""
+    with _CONVERTER_LOCK:
+        return _shared_converter()
 
 
 class TmclServer(LanguageServer):

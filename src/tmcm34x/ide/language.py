@@ -80,8 +80,10 @@ class Language:
     # In the thread
 
     def _run(self) -> None:
-        asyncio.run(self._session())
-        self._outside(self._answers.put_nowait, None)
+        try:
+            asyncio.run(self._session())
+        finally:
+            self._outside(self._answers.put_nowait, None)
 
     async def _session(self) -> None:
         from tmcm34x.editor.sessions import serve_messages
