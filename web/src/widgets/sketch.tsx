@@ -32,11 +32,16 @@ export function Sketch({ draw }: { draw: (pen: Pen) => void }) {
     const canvas = useRef<HTMLCanvasElement>(null);
     const pen = useSignal<Pen | null>(null);
     const theme = shownTheme();
-    // The observer calls at once, with the styles of the theme in force.
+    // The observer calls at once, with the styles of the theme in force; the page's zoom alone changes no size.
     useLayoutEffect(() => {
-        const observer = new ResizeObserver(() => (pen.value = penFor(canvas.current!)));
+        const take = () => void (pen.value = penFor(canvas.current!));
+        const observer = new ResizeObserver(take);
         observer.observe(canvas.current!);
-        return () => observer.disconnect();
+        window.addEventListener("resize", take);
+        return () => {
+            observer.disconnect();
+            window.removeEventListener("resize", take);
+        };
     }, [theme]);
     useFrameEffect(() => {
         if (!pen.value) return;
