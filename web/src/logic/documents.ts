@@ -105,9 +105,16 @@ export const target = computed(
         mainFile.value || (activeTab.value?.kind === "file" && isProgram(active.value) ? active.value : lastFile.value),
 );
 const lastFile = signal("");
+/** What was to be opened at first is open. */
+export const opened = signal(false);
+/** A page, not a file, is in front, or will be when what is to be opened at first is open. */
+function pageInFront(): boolean {
+    if (opened.value) return activeTab.value?.kind !== "file";
+    return active.value ? active.value.startsWith(":") : !welcome.value?.open.length;
+}
 effect(() => {
     if (activeTab.value?.kind === "file" && isProgram(active.value)) lastFile.value = active.value;
-    onPage.value = activeTab.value?.kind !== "file";
+    onPage.value = pageInFront();
 });
 
 export function openPage(kind: PageName): void {
@@ -328,8 +335,6 @@ export function screenTexts(): Record<string, string> {
 }
 
 const lastStart = remembered("start", "");
-/** What was to be opened at first is open. */
-export const opened = signal(false);
 const restored = new Promise<void>(done =>
     effect(() => {
         if (opened.value) done();
