@@ -83,21 +83,33 @@ export const program = signal<ProgramState>(readProgram(empty, 0));
 export const motors = [0, 1, 2].map(() => signal<MotorState>(readMotor(empty, 0)));
 /** The same for figures that people read: ten times a second is as fast as a person can. */
 export const figures = [0, 1, 2].map(motor => signal<MotorState>(motors[motor]!.peek()));
-export const shownSeconds = signal(0);
+export const shownClock = signal(0);
 export const shownProgram = signal<ProgramState>(program.peek());
 const READ_MS = 90;
+/** After so long without a frame the last one is shown. */
+const REST_MS = 150;
 let readAt = 0;
+let resting = 0;
+
+function showAllFigures(): void {
+    readAt = performance.now();
+    shownClock.value = time.peek().clock;
+    shownProgram.value = program.peek();
+    motors.forEach((motor, at) => {
+        figures[at]!.value = motor.peek();
+    });
+}
 
 function showFigures(): void {
-    const now = performance.now();
-    const due = now - readAt >= READ_MS || timePaused.peek();
-    if (due) {
-        readAt = now;
-        shownSeconds.value = clockSeconds.peek();
+    clearTimeout(resting);
+    if (performance.now() - readAt >= READ_MS || timePaused.peek()) {
+        showAllFigures();
+        return;
     }
-    if (due || !running.peek()) shownProgram.value = program.peek();
+    resting = window.setTimeout(() => batch(showAllFigures), REST_MS);
+    if (!running.peek()) shownProgram.value = program.peek();
     motors.forEach((motor, at) => {
-        if (due || motor.peek().speed === 0) figures[at]!.value = motor.peek();
+        if (motor.peek().speed === 0) figures[at]!.value = motor.peek();
     });
 }
 
@@ -135,12 +147,14 @@ const STALE_S = 1.5;
 export const age = computed<number | null>(() => {
     const { seen } = quality.value;
     if (seen < 0 && online.value) return 0;
-    const seconds = (time.value.clock - seen) / (welcome.value?.tables.clock_hz ?? 16e6);
+    const seconds = inSeconds(time.value.clock - seen);
     if (seen === 0) return null;
     return online.value && link.value.up && seconds < STALE_S ? 0 : Math.max(1, Math.floor(seconds));
 });
 export const stale = computed(() => age.value !== 0);
-export const clockSeconds = computed(() => time.value.clock / (welcome.value?.tables.clock_hz ?? 16e6));
+const inSeconds = (clock: number): number => clock / (welcome.value?.tables.clock_hz ?? 16e6);
+export const clockSeconds = computed(() => inSeconds(time.value.clock));
+export const shownSeconds = computed(() => inSeconds(shownClock.value));
 export const powered = computed(() => (time.value.flags & TIME_FLAGS.powered) !== 0);
 /** A first frame has come. */
 export const told = computed(() => time.value.clock > 0);

@@ -2,10 +2,9 @@
 import { computed, effect, signal } from "@preact/signals";
 import { TIME_FLAGS } from "../wire";
 import type { History, Marks, ServerEvent } from "../wire";
-import { ask, forget, notify, onServerEvent, refusals, tables, time, timePaused } from "./app";
+import { ask, forget, notify, onServerEvent, refusals, shownClock, tables, time } from "./app";
 import { choose } from "./confirm";
 import { stopReason, tell } from "./debugger";
-import { paced } from "./paced";
 
 export const history = signal<History | null>(null);
 export const marks = signal<Marks | null>(null);
@@ -29,11 +28,8 @@ export const end = computed(() => {
     const shown = branch.value;
     if (!shown) return 0;
     if (shown.number !== history.value!.present) return shown.end;
-    return past.value ? history.value!.now : time.value.clock;
+    return past.value ? history.value!.now : shownClock.value;
 });
-const END_MS = 200;
-/** The same for what draws the whole history anew. */
-export const shownEnd = paced(end, END_MS, () => past.value || timePaused.value);
 
 let wanted: { clock: number; branch: number | null } | null = null;
 let asking = false;

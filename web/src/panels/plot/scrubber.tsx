@@ -2,7 +2,7 @@
 import { computed, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { can } from "../../logic/app";
-import { branch, hertz, history, leave, marks, past, readMarks, show, shownEnd } from "../../logic/past";
+import { branch, end, hertz, history, leave, marks, past, readMarks, show } from "../../logic/past";
 import { time } from "../../logic/app";
 import type { Mark } from "../../wire";
 import { Sketch, type Pen } from "../../widgets/sketch";
@@ -26,7 +26,7 @@ const colourOf = ({ kind, motor }: Mark): string => COLOURS[kind] ?? (motor >= 0
 /** Clocks of the ends of the branch that is shown. */
 const range = computed(() => {
     const oldest = branch.value?.oldest ?? 0;
-    return { oldest, last: Math.max(shownEnd.value, oldest + 1) };
+    return { oldest, last: Math.max(end.value, oldest + 1) };
 });
 
 function draw({ ctx, width, height, colour }: Pen): void {
