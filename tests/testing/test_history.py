@@ -2,7 +2,7 @@
 
 import pytest
 import serial
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tmcm34x import HZ, BenchError, History, HistoryError, run_until, simple_rig
@@ -186,6 +186,15 @@ SPANS = st.integers(1, 4 * HZ // 10)
     st.lists(st.tuples(SPANS, DEEDS), max_size=8),
     st.lists(st.floats(0, 1), min_size=1, max_size=3),
 )
+@example(
+    ["CALC ADD, 7", "CALC ADD, 7"],
+    [
+        (258121, ("switch", (0, "left", True))),
+        (1, ("command", "SGP 2, 2, 5")),
+        (258121, ("switch", (0, "left", True))),
+    ],
+    [0.0, 0.7427405285434844],
+)  # how far was looked ahead
 def test_forward_then_back_then_forward_is_the_same_as_forward(lines, deeds, places):
     history = History(simple_rig())
     history.load("Loop: " + "\n".join(lines) + "\nJA Loop\n", run=True)

@@ -33,7 +33,9 @@ _SEARCH_SHARE: Final = 7
 class Ahead:
     """Runs ahead of a program on its `machine`."""
 
-    __slots__ = ("_length", "_machine", "_origin", "_room", "commands", "next_search", "registers", "until")
+    __slots__ = (
+        "_found_at", "_length", "_machine", "_origin", "_room", "commands", "next_search", "registers", "until",
+    )  # fmt: skip
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
@@ -48,6 +50,8 @@ class Ahead:
         self._room = 0
         self._length = _SHORT_RUN
         self._origin = 0
+        self._found_at = 0
+        """Commands executed by the program where the search began that found the last cycle."""
 
     @property
     def _scout(self) -> Machine:
@@ -103,6 +107,7 @@ class Ahead:
         done, contents, period = self._scout.find_cycle(scratch, min(limit, _LONGEST_SEARCH))
         if not period:
             return None
+        self._found_at = executed
         first = done - period
         return Cycle(
             contents, due + first * clocks, executed + first, period * clocks, period, (), NEVER
@@ -154,12 +159,23 @@ class Ahead:
                     scratch.load(value)
         return addresses
 
-    def save(self) -> Value:
-        """What cannot be found again by looking: where the search is."""
-        return self._origin, self.next_search
+    def found(self, executed: int) -> bool:
+        """Whether a program that has executed so many commands has come to where the last cycle was found.
+
+        Before that, finding it depends on how far was looked ahead.
+        """
+        return executed >= self._found_at
+
+    def save(self, executed: int) -> Value:
+        """Where the search is after so many commands, which does not depend on how far was looked ahead."""
+        next_search = _SHORT_RUN
+        while next_search <= executed - self._origin:
+            next_search *= 2
+        return self._origin, next_search
 
     def load(self, value: Any) -> None:
         """Go back to what `save` gave."""
         self._origin, self.next_search = value
+        self._found_at = 0
         self._drop()
         self.shorten()

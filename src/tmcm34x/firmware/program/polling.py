@@ -145,14 +145,14 @@ class CycleSearch:
         """Whether the cycle has come to its end."""
         return self.cycle is not None and now >= self.cycle.until
 
-    def save(self) -> Value:
-        """The search for a cycle as a plain value."""
+    def save(self, *, found: bool) -> Value:
+        """The search for a cycle as a plain value; found: whether the program has come to where the cycle was found."""
         anchor = self._anchor
         seen = None if anchor is None else (
             anchor.contents, anchor.start, anchor.executed, anchor.horizon, anchor.patience, anchor.until,
             tuple(anchor.values),
         )  # fmt: skip
-        return None if self.cycle is None else tuple(self.cycle), seen, self._disturbed
+        return tuple(self.cycle) if found and self.cycle is not None else None, seen, self._disturbed
 
     def load(self, value: Any) -> None:
         """Go back to what `save` gave."""

@@ -160,16 +160,13 @@ class StandAloneProgram(Execution):
     # State as a plain value
 
     def save(self) -> Value:
-        """Everything that the program is, apart from its memory, which is the EEPROM's.
-
-        The next event is found first: what running ahead has found is part of the value, asked for or not.
-        """
-        self.next_event()
+        """Everything that the program is, without its memory, which is the EEPROM's, and how far was looked ahead."""
+        polling = self._polling.save(found=self._ahead.found(self.executed))
         return (
             self.registers.contents(), int(self.state), self.memory.downloading, self.memory.address,
             None if self.last_error is None else tuple(map(int, self.last_error)),
             self.executed, self.controls, None if self.wait is None else tuple(self.wait),
-            self._due, self._started_at, self._pins_changed, self._ahead.save(), self._polling.save(),
+            self._due, self._started_at, self._pins_changed, self._ahead.save(self.executed), polling,
         )  # fmt: skip
 
     def load(self, value: Any) -> None:
