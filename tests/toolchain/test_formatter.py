@@ -76,6 +76,7 @@ def test_formatting_keeps_the_meaning_and_is_done_at_once(text):
 
 
 @given(SOURCES)
+@example("\r \n// note")
 @settings(max_examples=80, deadline=None)
 def test_formatting_keeps_every_comment_and_every_blank_line(text):
     def comments(source):

@@ -38,12 +38,18 @@ _LEXICAL: Final = frozenset({"E101", "E102"})
 
 
 def format_source(text: str) -> str:
-    """`text` in columns; each line keeps its end, and the last one gets one like the first."""
+    """`text` in columns; each line keeps its end, and the last one gets one like the first.
+
+    A CR before an empty line that ends with LF becomes LF: side by side both would end the same line.
+    """
     if not text:
         return text
     ends = _LINE_END.findall(text)
     lines = _Formatter(split_lines(text)).run()
     ends += [ends[0] if ends else "\n"] * (len(lines) - len(ends))
+    for n, line in enumerate(lines):
+        if n and not line and (ends[n - 1], ends[n]) == ("\r", "\n"):
+            ends[n - 1] = "\n"
     return "".join(line + end for line, end in zip(lines, ends, strict=False))
 
 
