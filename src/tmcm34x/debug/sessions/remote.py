@@ -217,9 +217,11 @@ class RemoteSession(OneWay, Guest):
             self._look_for_others()
             return HELD_POLL_S
         before, state = self._counter, self.program.state
+        if state.status and self._goal is not None:
+            return STEP_POLL_S  # the counter was read after the status, and may be that behind the step
         self._counter = state.counter
         if state.status:
-            return POLL_S if self._goal is None else STEP_POLL_S
+            return POLL_S
         stop = Stop("end", state.counter) if self._goal is None else self._after_step(self._goal, before)
         if stop is not None:
             self._hold(stop)
