@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from firmware.programs import CLOCKS, direct, program_of
@@ -96,8 +96,15 @@ def run(program: list[Instruction], steps: list[tuple[int, str]], *, watched: bo
     return rig.digest()
 
 
+TURNS_ROUND = [
+    *program_of("SAP 4, 0, 20\nROR 0, -26\nLoop: GAP 1, 0\nCOMP 0\nCLE ALL\nCALCX ADD\nCOMP 0\nJA Loop\n")
+]
+"""Told to go to 300 with little acceleration, its speed and target speed are both 0 for milliseconds at the turn."""
+
+
 @settings(max_examples=150, deadline=None)
 @given(PROGRAMS, st.lists(st.tuples(st.integers(1, 20 * MS), HOSTS), max_size=5))
+@example(TURNS_ROUND, [(32768, "MVP ABS, 0, 300"), (1, "SAP 5, 0, 20")])
 def test_it_makes_no_difference_whether_each_command_is_looked_at(
     program: list[Instruction], steps: list[tuple[int, str]]
 ) -> None:

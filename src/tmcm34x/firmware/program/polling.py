@@ -206,6 +206,8 @@ class CycleSearch:
         if self._takes_up(axis, now):
             return False
         speed = axis.read(V_ACTUAL)
+        if not speed and not axis.at_rest:
+            return False  # it turns round
         if (speed and parameter == _POSITION) or speed != axis.read(V_TARGET):
             return False
         if parameter == _ACCELERATION:
