@@ -7,7 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS   ?= 2
 SETUP  := pyproject.toml $(wildcard hatch_build.py web/package-lock.json)
 
-.PHONY: run test test-compiled coverage check check-style check-imports check-page bench soak lock web fast pure vsix clean
+.PHONY: run test test-compiled explore coverage check check-style check-imports check-page bench soak lock web fast pure vsix clean
 
 run: $(VENV)/.run
 	$(BIN)/tmcm34x ide examples/manual/5.2-first-program.tmc
@@ -19,6 +19,11 @@ MORE  := $(shell expr $(JOBS) + 1)
 test: $(VENV)/.test
 	$(BIN)/pytest -n $(MORE) --dist worksteal --ignore=$(PAGES)
 	$(BIN)/pytest -n $(JOBS) --dist loadfile $(PAGES)
+
+# The properties with new examples, ROUNDS times; `make test` always takes the same ones.
+ROUNDS := 10
+explore: $(VENV)/.test
+	for round in $$(seq $(ROUNDS)); do $(BIN)/pytest -n $(JOBS) --dist worksteal -m hypothesis --ignore=$(PAGES) --hypothesis-profile=explore || exit; done
 
 # Which lines and branches the tests reach, without those of the page; in .coverage-report/index.html too.
 # Fails where a package reaches fewer lines than it must: all of tmcl, toolchain, firmware and chips, 90 % of the others.
@@ -53,11 +58,13 @@ check-types-%: $(VENV)/.test
 check-page: $(VENV)/.test
 	$(BIN)/python hatch_build.py --check-page
 
-# One simulated week of random commands and faults (docs/sessions.md); 1,000 killed servers; an hour of hostile hosts and browsers each.
+# One simulated week of random commands and faults (docs/sessions.md); 1,000 killed servers; an hour of hostile hosts and
+# browsers each; the properties.
 soak: $(VENV)/.test
 	SOAK_HOURS=168 $(BIN)/pytest -n $(JOBS) tests/test_soak.py
 	SOAK_KILLS=1000 SOAK_ROUNDS=50000 $(BIN)/pytest tests/server/test_store.py tests/server/test_hostile.py
 	SOAK_ROUNDS=10000 $(BIN)/pytest tests/ide/test_attacked.py
+	$(MAKE) --no-print-directory explore ROUNDS=50
 
 bench: $(VENV)/.test
 	status=0; for script in benchmarks/bench_*.py; do $(BIN)/python $$script || { status=1; echo "$$script: MISSED"; }; done; exit $$status

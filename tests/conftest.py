@@ -8,9 +8,16 @@ import tempfile
 import time
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 pytest_plugins = ["pytester"]
+
+# The same commit gives the same result on a machine of any speed; `make explore` looks for new examples.
+TIMELESS = {"deadline": None, "suppress_health_check": [hypothesis.HealthCheck.too_slow]}
+hypothesis.settings.register_profile("repeatable", derandomize=True, **TIMELESS)
+hypothesis.settings.register_profile("explore", print_blob=True, **TIMELESS)
+hypothesis.settings.load_profile("repeatable")
 
 # A shell that starts the tests in the background ignores SIGINT for them, and processes inherit that.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

@@ -61,7 +61,7 @@ def step(rig):
     rig.advance(due if due < NEVER else rig.now + 3600 * HZ)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @example(343, [("ROR 0, 7", 100)])
 @example(343, [("SAP 4, 0, 7", 1), ("MVP ABS, 0, 8000000", 100)])
 @given(

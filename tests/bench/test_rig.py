@@ -262,7 +262,7 @@ def test_too_fast_a_start_is_a_loss_and_a_slower_one_is_not():
     ),
     st.lists(st.integers(1, 20_000_000), max_size=6),
 )  # fmt: skip
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_slicing_does_not_matter(commands, cuts):
     text = (
         LIMITED.format(model=343)
@@ -308,7 +308,7 @@ WAYS = st.lists(
 )
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.booleans(), WAYS)
 def test_time_that_is_passed_between_events_is_time_that_is_advanced(running, ways):
     rigs = passed, whole = rig_of(LIMITED.format(model=343)), rig_of(LIMITED.format(model=343))

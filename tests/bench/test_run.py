@@ -66,7 +66,7 @@ def outcome(rig: Rig, program: list[Instruction], periods: list[int], *, looking
 
 
 @pytest.mark.parametrize("bench", [True, False])
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(program=PROGRAMS, periods=st.lists(st.integers(1000, 12 * MS), min_size=1, max_size=4))
 def test_the_result_does_not_depend_on_who_looks_and_when(
     bench: bool, program: list[Instruction], periods: list[int]
@@ -109,7 +109,7 @@ def source(text: str) -> list[Instruction]:
     return list(assemble(text).program)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(program=PROGRAMS)
 def test_a_server_at_any_speed_runs_the_same_program(program: list[Instruction]) -> None:
     for speed, step_s in ((0.0, 3e-4), (1.0, 3e-4), (7.0, 1e-4)):

@@ -121,7 +121,7 @@ def act(pair, name, value):
             pair.change(**{name: value})
 
 
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=250)
 @given(settings_of_an_axis(), st.lists(st.tuples(actions, waits), min_size=1, max_size=14), st.integers(0, 2))
 def test_every_state_is_the_one_of_the_definition(values, script, motor):
     pair = Pair(motor)
@@ -133,7 +133,7 @@ def test_every_state_is_the_one_of_the_definition(values, script, motor):
         pair.run(wait)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     st.tuples(st.integers(2, 7), st.integers(0, 5), st.integers(1, 2047)),
     st.integers(2, 2047),
@@ -153,7 +153,7 @@ def test_a_whole_move_is_the_one_of_the_definition(slope, v_max, target, slices)
     pair.run(150_000 * TICK - pair.chip.now)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(settings_of_an_axis(), st.integers(0, 40_000), st.integers(1, 60_000))
 def test_steps_ahead_are_the_ones_that_come_and_looking_changes_nothing(values, before, window):
     pair = Pair(1)
@@ -172,7 +172,7 @@ def test_steps_ahead_are_the_ones_that_come_and_looking_changes_nothing(values, 
     assert seen == come
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(settings_of_an_axis(), st.integers(0, 500), st.integers(0, 500))
 def test_the_step_that_leaves_a_watched_range_is_an_event(values, below, above):
     pair = Pair()
@@ -187,7 +187,7 @@ def test_the_step_that_leaves_a_watched_range_is_an_event(values, below, above):
     assert low <= copy.x <= high or copy.n * TICK in events
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(settings_of_an_axis(), st.integers(-500, 500).filter(bool))
 def test_the_clock_at_which_a_position_is_reached_is_known_before(values, away):
     pair = Pair()
@@ -213,7 +213,7 @@ def restored(chip):
     return other
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(settings_of_an_axis(), st.lists(st.tuples(actions, waits), min_size=1, max_size=8), st.integers(0, 2))
 def test_a_chip_that_was_saved_goes_on_like_the_original(values, script, motor):
     pair = Pair(motor)
@@ -229,7 +229,7 @@ def test_a_chip_that_was_saved_goes_on_like_the_original(values, script, motor):
         pair.compare()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(settings_of_an_axis(), st.lists(st.tuples(actions, st.integers(0, 4)), min_size=1, max_size=8))
 def test_the_way_to_the_next_event_is_bounded_work_however_far_it_is(values, script):
     pair = Pair()
@@ -254,7 +254,7 @@ def test_a_turning_motor_passes_its_target_once_each_turn_of_the_counter():
     assert {after - before for before, after in pairwise(arrivals)} == {turn}
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.integers(0, 10**6), st.integers(-(10**4), 10**4), st.integers(0, 60))
 def test_floors_is_the_sum_of_floors(start, step, count):
     assert floors(start, step, count) == sum((start + i * step) // 256 for i in range(count))

@@ -76,7 +76,7 @@ def test_a_turn_of_the_data_sheets_examples_gives_its_microsteps(lines, microste
 
 
 @given(st.integers(0, 0xFFF), st.lists(st.integers(-5000, 5000), max_size=8))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_the_fraction_is_kept_from_edge_to_edge(code, places):
     whole, fraction = (code >> 4) & 0x7F, code & 15
     factor = whole + Fraction(fraction, 5 if code & 0x800 else 16)

@@ -178,7 +178,7 @@ def test_power_down_delays_a_driver_datagram_under_way():
     assert arrived == [HZ + 32 * 41]
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 @given(
     st.sampled_from(["TMC428", "TMC429"]),
     st.lists(

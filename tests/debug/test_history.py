@@ -143,7 +143,7 @@ SENT = st.tuples(
 )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.lists(SENT, min_size=1, max_size=60), st.randoms(use_true_random=False))
 def test_what_came_over_lines_is_done_again_at_any_moment(sent, chance):
     hosts = Hosts(2)
@@ -345,7 +345,7 @@ def test_a_session_without_a_history_says_why():
         opened.step_back(over=True)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.lists(st.tuples(st.integers(0, 60), st.booleans()), min_size=1, max_size=5))
 def test_forward_back_forward_is_forward(turns):
     plain = started()

@@ -287,7 +287,7 @@ def look_at_everything(session):
     session.frames()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     st.sampled_from([PROGRAM, ENDLESS]),
     st.sets(st.integers(0, 22), max_size=5),

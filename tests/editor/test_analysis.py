@@ -320,7 +320,7 @@ def test_formatting_touches_only_the_lines_that_change():
 
 
 @given(SOURCES)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_format_edits_do_what_the_formatter_does(text):
     text = "\n".join(split_lines(text))
     edits = actions.format_edits(analysis(text), "x.tmc")
@@ -328,7 +328,7 @@ def test_format_edits_do_what_the_formatter_does(text):
 
 
 @given(SOURCES | st.text(max_size=200), st.data())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_every_question_has_an_answer_everywhere(text, data):
     program = analysis(text)
     lines = program.assembly.sources["x.tmc"]

@@ -28,7 +28,7 @@ def test_a_piece_is_replaced(text, place, new, units, expected):
 
 
 @given(st.text("aä𝄞\r\n", max_size=30), st.data(), st.sampled_from(["utf-8", "utf-16", "utf-32"]))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_every_place_has_its_offset(text, data, units):
     place = data.draw(st.integers(0, len(text)))
     if text[place - 1 : place + 1] == "\r\n":

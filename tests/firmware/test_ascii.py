@@ -193,7 +193,7 @@ CHARACTERS = st.lists(
 ).map(b"".join)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(CHARACTERS, st.sampled_from([0, LINE_ECHO, NO_ECHO]), st.lists(st.integers(0, 50), max_size=4))
 def test_any_characters_do_no_harm(characters: bytes, echo: int, cuts: list[int]) -> None:
     wire = ascii_host(echo, "STOP")

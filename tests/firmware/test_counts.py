@@ -75,7 +75,7 @@ def test_a_nested_loop_is_counted_line_by_line() -> None:
     assert [count for count in counts.waited if count] == [ROUNDS * 30 * MS]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(PROGRAMS, st.lists(st.integers(1, 40 * MS), min_size=1, max_size=4))
 def test_counts_are_what_an_observer_sees(program: list[Instruction], slices: list[int]) -> None:
     module, other = (on_a_bench(program).modules[0] for _ in range(2))

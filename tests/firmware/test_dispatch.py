@@ -249,7 +249,7 @@ def test_running_without_an_address_ignores_the_value():
     assert Host(switched_on()).status("129 0, 0, 99999") == 100
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     st.integers(0, 255), st.integers(0, 255), st.integers(0, 255), st.integers(-(2**31), 2**31 - 1),
     st.sampled_from([341, 342, 343]),

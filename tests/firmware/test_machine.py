@@ -83,7 +83,7 @@ def view(registers: Registers) -> tuple[object, ...]:
     return registers.counter, registers.accumulator, registers.x, registers.stack, flags, registers.variables
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(PROGRAMS, st.lists(st.integers(1, 5000), min_size=1, max_size=6))
 def test_any_program_in_any_slices_does_what_single_commands_do(
     program: list[Instruction], slices: list[int]
@@ -100,7 +100,7 @@ def test_any_program_in_any_slices_does_what_single_commands_do(
         )  # fmt: skip
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(PROGRAMS)
 def test_a_cycle_found_comes_back(program: list[Instruction]) -> None:
     machine, registers = Machine(program.__getitem__), Registers([0] * 56)

@@ -257,7 +257,7 @@ def arrivals(module, motors):
     return [found[motor] for motor in motors]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     ways=st.tuples(*[st.integers(-60_000, 60_000).filter(lambda way: abs(way) > 6_000)] * 3),
     divisors=st.tuples(*[st.integers(2, 4)] * 3),

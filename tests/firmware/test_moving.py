@@ -102,7 +102,7 @@ TURNS_ROUND = [
 """Told to go to 300 with little acceleration, its speed and target speed are both 0 for milliseconds at the turn."""
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(PROGRAMS, st.lists(st.tuples(st.integers(1, 20 * MS), HOSTS), max_size=5))
 @example(TURNS_ROUND, [(32768, "MVP ABS, 0, 300"), (1, "SAP 5, 0, 20")])
 def test_it_makes_no_difference_whether_each_command_is_looked_at(
@@ -111,7 +111,7 @@ def test_it_makes_no_difference_whether_each_command_is_looked_at(
     assert run(program, steps, watched=False) == run(program, steps, watched=True)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(PROGRAMS, st.lists(st.integers(1, 15 * MS), max_size=12))
 def test_slices_make_no_difference(program: list[Instruction], slices: list[int]) -> None:
     whole, sliced = started(program), started(program)

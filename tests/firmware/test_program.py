@@ -366,7 +366,7 @@ MIRROR = "Loop: GIO 255, 0 \n SIO 255, 2, -1 \n JA Loop"
 @pytest.mark.parametrize(
     ("source", "poke"), [(HANDSHAKE, "SGP 3, 2, 5"), (INPUTS, "SAP 4, 1, 1234"), (MIRROR, "SGP 0, 2, 1")]
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_a_polling_program_is_where_it_would_be(source: str, poke: str, data: st.DataObject) -> None:
     when = data.draw(st.integers(1, 60 * CLOCKS))
@@ -414,7 +414,7 @@ def test_a_program_that_writes_the_same_target_again_and_again_has_hardly_any_ev
     assert (position, speed) == {JOYSTICK: (80, 0), STICK: (position, 40)}.get(source, (0, 0))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     source=st.sampled_from([JOYSTICK, STICK]),
     levels=st.lists(st.tuples(st.integers(1, 300 * CLOCKS), st.integers(0, 1023)), max_size=5),
@@ -469,7 +469,7 @@ def test_polling_the_speed_sees_the_motor_stop() -> None:
 # Slices
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.lists(register_commands(SIZE), min_size=SIZE, max_size=SIZE),
     st.lists(st.integers(1, 200_000), max_size=8),
@@ -523,7 +523,7 @@ End:    SIO 4, 2, 1
 """
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.lists(st.integers(1, 3_000_000), max_size=12))
 def test_slicing_does_not_matter(slices: list[int]) -> None:
     def outcome(slices: list[int]) -> tuple[object, ...]:

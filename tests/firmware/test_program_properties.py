@@ -101,7 +101,7 @@ def same_in_slices(program: list[Instruction], slices: list[int]) -> bool:
     return outcome(slices) == outcome([])
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 @given(PROGRAMS, st.lists(st.integers(1, 12 * MS), max_size=10))
 def test_slicing_does_not_change_what_a_program_does(program: list[Instruction], slices: list[int]) -> None:
     assert same_in_slices(program, slices)
@@ -120,7 +120,7 @@ RESTING = st.lists(
 """Programs that leave the motors alone."""
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(RESTING, st.integers(1, 60 * MS), st.integers(1, 60 * MS))
 def test_a_program_goes_on_from_what_it_saved(program: list[Instruction], when: int, more: int) -> None:
     first, second = (simple_rig(343) for _ in range(2))
@@ -143,7 +143,7 @@ def test_refused_commands_in_a_loop_are_told_in_turn() -> None:
     assert same_in_slices([refused, refused, Instruction(22)], [8000])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(PROGRAMS)
 def test_looking_on_does_not_change_what_a_program_does(program: list[Instruction]) -> None:
     plain, watched = started(program), started(program)
@@ -153,7 +153,7 @@ def test_looking_on_does_not_change_what_a_program_does(program: list[Instructio
     assert state(plain) == state(watched)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(PROGRAMS, st.frozensets(st.integers(0, 8), max_size=4))
 def test_asking_at_some_addresses_hears_of_the_same_commands_as_asking_everywhere(
     program: list[Instruction], addresses: frozenset[int]

@@ -316,7 +316,7 @@ def test_status_over_the_wire_is_polled_to_the_end() -> None:
     assert 100 < polls < 5000
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(st.lists(st.integers(1, 2_000_000), max_size=30))
 def test_slicing_does_not_change_a_search(slices: list[int]) -> None:
     def outcome(slices: list[int]) -> list[tuple[int, int]]:

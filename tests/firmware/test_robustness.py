@@ -134,7 +134,7 @@ def test_a_refused_command_changes_nothing():
     assert refused > 1000
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.lists(st.binary(min_size=1, max_size=24), max_size=6),
     st.lists(st.integers(0, 4 * TIME_OUT), min_size=6, max_size=6),
@@ -229,7 +229,7 @@ def history(model: int, seed: int, slices: random.Random | None) -> tuple[list, 
 
 
 @pytest.mark.parametrize("model", [341, 342, 343])
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 2**32), slicing=st.integers(0, 2**32))
 def test_slicing_does_not_matter(model, seed, slicing):
     replies, states = history(model, seed, None)

@@ -29,7 +29,7 @@ def test_a_telegram_is_answered_at_once():
     assert sent == [ANSWER]
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(1, 6), st.lists(st.integers(1, 53), max_size=8))
 def test_telegrams_may_come_in_any_pieces(count, cuts):
     _, port, sent = wired()

@@ -37,7 +37,7 @@ def filled(model: int, seed: int, profile: str = "standard") -> Eeprom:
     return eeprom
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.sampled_from(sorted(MODELS)), st.integers(0, 2**31 - 1))
 def test_an_image_holds_everything(model, seed):
     image = filled(model, seed).to_bytes()
@@ -121,7 +121,7 @@ JOURNAL = with_journal(Eeprom(343), *Cell, *Cell)
 IMAGE_SIZE = len(Eeprom(343).to_bytes())
 
 
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=500)
 @given(st.integers(IMAGE_SIZE - 8, len(JOURNAL) - 1), st.integers(1, 255))
 def test_no_damage_of_a_journal_gets_through(index, mask):
     damaged = JOURNAL[:index] + bytes((JOURNAL[index] ^ mask,)) + JOURNAL[index + 1 :]
@@ -231,7 +231,7 @@ def test_an_image_that_lacks_parameters_gets_their_defaults():
     assert again.global_values[85] == 0
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.data())
 def test_no_damage_gets_through(data):
     index = data.draw(st.integers(0, len(GOOD) - 1))

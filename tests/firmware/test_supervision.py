@@ -72,7 +72,7 @@ def test_a_motor_that_turns_round_moves(acceleration):
     assert changes == [(0, 128, True)]
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     st.lists(st.tuples(st.integers(-30000, 30000), st.integers(0, 2500)), min_size=2, max_size=4),
     st.integers(1, 2047), st.integers(5, 2047), st.integers(0, 2), st.integers(5, 9),

@@ -328,7 +328,7 @@ def test_an_edited_file_is_refused_with_path_and_line(original, line, text, mess
         backup.from_text(whole.replace(line, text), "module.toml")
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.integers(0, 30), max_size=12), st.lists(st.integers(0, 30), max_size=12))
 def test_runs_cover_all_that_differs(wanted, found):
     ours, theirs = ([Instruction(n) for n in memory] + [Instruction(0)] * 50 for memory in (wanted, found))

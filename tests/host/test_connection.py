@@ -83,7 +83,7 @@ def test_a_reply_may_come_in_pieces():
     assert Connection(Line([data[:1], data[1:5], data[5:]])).command(6, 1) == 1234
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.binary(max_size=30), st.integers(-(2**31), 2**31 - 1))
 def test_stray_bytes_before_a_reply_are_skipped(noise, value):
     connection = Connection(Line([noise, reply(value)] if noise else reply(value)))
@@ -207,7 +207,7 @@ def test_every_telegram_is_shown_to_listeners():
     assert seen == [(True, 6), (False, 6), (True, 6), (False, 6)]
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.data())
 def test_a_line_with_faults_gives_right_values_or_an_error(data):
     """Replies are dropped, damaged, delayed past the time-out, doubled, split; a value that comes back is right."""
@@ -317,7 +317,7 @@ def test_program_memory_has_its_own_form():
         Connection(Line(reply(17, command=134, status=6))).read_instruction(17)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.lists(st.binary(max_size=40), max_size=5))
 def test_no_rubbish_raises_anything_but_host_errors(chunks):
     connection = Connection(Line([chunk for chunk in chunks if chunk]), retries=0)

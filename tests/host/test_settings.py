@@ -18,7 +18,7 @@ from tmcm34x.toolchain.linter import lint
 VERSION = "343V4.36"
 
 
-@hypothesis_settings(max_examples=30, deadline=None)
+@hypothesis_settings(max_examples=30)
 @given(st.sampled_from([341, 342, 343]), st.data())
 def test_both_forms_give_the_same_values_back(model, data):
     items = settings_items(model)

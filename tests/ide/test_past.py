@@ -493,7 +493,7 @@ def perform(bench, step):
         bench.wait(0.02)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(STEPS)
 def test_every_moment_of_any_course_is_shown_as_it_was(steps):
     bench = started()
@@ -508,7 +508,7 @@ def moved(rig):
     return now, happened, [(m[0][:4], *m[1:]) for m in modules], worlds
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(STEPS, STEPS)
 def test_forward_back_and_forward_ends_like_forward(steps, others):
     plain, other = started(), started()

@@ -32,7 +32,7 @@ def test_flags_count_from_bit_0():
     assert bits(True, False, True) == 5
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.lists(st.integers(0, 5), max_size=6), max_size=12))
 def test_a_page_that_puts_frames_together_has_the_state(changes):
     """Whatever changes between frames: what is not sent again has not changed."""

@@ -147,7 +147,7 @@ def test_lines_may_come_in_pieces(host):
     assert host.ask("\r") == "\r"
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.lists(st.binary(max_size=100), max_size=6))
 def test_rubbish_is_answered_line_by_line_and_never_raises(chunks):
     host = Host()

@@ -180,7 +180,7 @@ DEEDS = st.sampled_from([
 SPANS = st.integers(1, 4 * HZ // 10)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.lists(LINES, min_size=1, max_size=8),
     st.lists(st.tuples(SPANS, DEEDS), max_size=8),

@@ -17,7 +17,7 @@ INSTRUCTIONS = st.builds(Instruction, NUMBER, SMALL, SMALL, VALUE)
 
 
 @given(st.lists(INSTRUCTIONS, max_size=40), st.booleans())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_what_was_disassembled_assembles_to_the_same_image(program, explain):
     assembly = assemble(disassemble(program, explain=explain))
     assert assembly.diagnostics == ()

@@ -42,7 +42,7 @@ def test_what_holds_no_text_is_refused_with_the_reason(data, reason):
 
 
 @given(st.binary(max_size=200))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_what_was_decoded_is_encoded_to_the_same_bytes(data):
     try:
         text, encoding = decode(data)

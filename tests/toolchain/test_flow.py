@@ -98,7 +98,7 @@ def runs(program, limit=30):
 
 
 @given(PROGRAMS)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_what_a_run_comes_to_is_reachable_at_no_greater_depth(program):
     graph = Flow(program)
     for address, stack in runs(program):

@@ -63,7 +63,7 @@ def includes(name, _from):
 
 @given(SOURCES)
 @example("//! DATA 1,2,3,4 //! DATA 5,6,7,8")
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_formatting_keeps_the_meaning_and_is_done_at_once(text):
     formatted = format_source(text)
     assert format_source(formatted) == formatted
@@ -77,7 +77,7 @@ def test_formatting_keeps_the_meaning_and_is_done_at_once(text):
 
 @given(SOURCES)
 @example("\r \n// note")
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_formatting_keeps_every_comment_and_every_blank_line(text):
     def comments(source):
         tokens = [
@@ -118,7 +118,7 @@ def kept(text):
         [Encoding("utf-8", b"\xef\xbb\xbf"), Encoding("utf-8"), Encoding("utf-16-le", b"\xff\xfe")]
     ),
 )
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 def test_a_formatted_file_holds_the_same_words_and_comments_in_the_same_encoding(text, encoding):
     stored = decode(encode(text.replace("\0", " "), encoding))
     formatted = encode(format_source(stored[0]), stored[1])
@@ -146,7 +146,7 @@ FILES = st.binary(max_size=200) | st.builds(
 
 
 @given(FILES)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_fmt_leaves_a_file_as_it_is_or_keeps_what_it_says(data):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "x.tmc")
@@ -164,14 +164,14 @@ def test_fmt_leaves_a_file_as_it_is_or_keeps_what_it_says(data):
 
 
 @given(st.text(max_size=300))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_any_text_can_be_formatted(text):
     formatted = format_source(text)
     assert format_source(formatted) == formatted
 
 
 @given(SOURCES)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_parsing_a_formatted_instruction_gives_it_back(text):
     for instruction in assemble(text, include=includes).program:
         assert parse_instruction(format_instruction(instruction)) == instruction

@@ -22,7 +22,7 @@ def test_a_hex_file_holds_the_same_bytes():
 
 
 @given(st.lists(INSTRUCTIONS, max_size=40))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_both_forms_give_back_what_they_took(program):
     assert unpack_binary(pack_binary(program)) == tuple(program)
     assert unpack_hex(pack_hex(program)) == tuple(program)
@@ -76,7 +76,7 @@ def test_hex_records_may_come_in_any_order_and_with_start_addresses():
 
 
 @given(st.text(max_size=200) | st.text(":0123456789abcdef\n", max_size=200), st.binary(max_size=100))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_rubbish_is_an_image_or_an_image_error(text, data):
     for read in (lambda: unpack_hex(text), lambda: unpack_binary(data)):
         try:

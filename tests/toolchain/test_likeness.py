@@ -63,7 +63,7 @@ def test_nothing_in_common_is_a_plain_disassembly():
 
 
 @given(SOURCES, SOURCES, st.data())
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_the_text_assembles_to_the_image_in_any_case(first, second, data):
     def include(name, _from):
         return name, "L0: STOP"

@@ -392,7 +392,7 @@ def test_no_fix_is_offered_where_it_might_change_something_else(code, text):
 
 
 @given(SOURCES)
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_any_source_can_be_linted(text):
     assembly = assemble(text, include=lambda name, _from: (name, "L0: STOP"))
     for item in lint(assembly, model=342):

@@ -91,7 +91,7 @@ def test_the_map_as_text():
 
 
 @given(SOURCES)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_every_program_has_a_map(text):
     assembly = assemble(text, include=lambda name, _from: (name, "L0: STOP"))
     if assembly.ok:

@@ -90,7 +90,7 @@ def errors(found):
 
 
 @given(MUTANTS)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_every_diagnostic_and_every_edit_lies_within_a_line(text):
     assembly, found = judged(text)
     for item in found:
@@ -103,7 +103,7 @@ def test_every_diagnostic_and_every_edit_lies_within_a_line(text):
 
 
 @given(MUTANTS)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_a_fix_removes_its_diagnostic_and_leaves_other_lines_alone(text):
     assembly, found = judged(text)
     lines = assembly.sources["main.tmc"]
@@ -124,7 +124,7 @@ def test_a_fix_removes_its_diagnostic_and_leaves_other_lines_alone(text):
 
 
 @given(MUTANTS)
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_a_program_comes_back_from_each_of_its_forms(text):
     assembly, _ = judged(text)
     formatted = format_source(text)
@@ -138,7 +138,7 @@ def test_a_program_comes_back_from_each_of_its_forms(text):
 
 
 @given(MUTANTS, st.randoms(use_true_random=False))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_an_editor_may_ask_anything_anywhere(text, chance: random.Random):
     assembly, found = judged(text)
     program, lines = Analysis(assembly, found), assembly.sources["main.tmc"]

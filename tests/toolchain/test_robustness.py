@@ -46,13 +46,13 @@ def through_everything(text, include=None):
 
 @example("Start:.A")
 @given(SOURCES)
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_sources_by_the_grammar(text):
     through_everything(text)
 
 
 @given(SOURCES, st.randoms(use_true_random=False), st.integers(1, 8))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_sources_with_characters_lost_doubled_and_changed(text, chance: random.Random, count):
     for _ in range(count):
         place = chance.randrange(len(text) + 1)
@@ -64,13 +64,13 @@ def test_sources_with_characters_lost_doubled_and_changed(text, chance: random.R
 
 
 @given(st.text(max_size=400))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_any_text(text):
     through_everything(text)
 
 
 @given(st.binary(max_size=400))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_any_bytes(data):
     try:
         text, encoding = decode(data)
@@ -81,7 +81,7 @@ def test_any_bytes(data):
 
 
 @given(st.lists(SOURCES, min_size=1, max_size=3), st.data())
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_files_that_include_each_other(texts, data):
     names = [f"{n}.inc" for n in range(len(texts) + 1)]
     files = {

@@ -133,7 +133,7 @@ def test_structured_sources_are_formatted():
 
 
 @given(SOURCES)
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_a_plain_program_stays_what_it_is(text):
     assembly = assemble(text, include=lambda name, _from: (name, "L0: STOP"))
     assert not assembly.left_out

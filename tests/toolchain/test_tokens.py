@@ -14,7 +14,7 @@ TEXT = st.text(st.sampled_from("aZ_09.$%+-*/^(),:=#;\"' \t\x00ä\ufeff\xa0eE"), 
 
 
 @given(TEXT)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_tokens_and_the_blanks_between_them_are_the_line(line):
     line = line.replace("\n", "")
     position = 0

@@ -79,7 +79,7 @@ class Seen:
         pass
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(PROGRAMS, st.lists(st.integers(1, 9 * MS), max_size=5))
 def test_counting_counts_what_is_executed_and_changes_nothing(
     program: list[Instruction], slices: list[int]

@@ -39,7 +39,7 @@ def test_zones_hold_from_their_position_on():
 
 
 @given(st.integers(-5000, 5000), st.lists(st.integers(0, 359), min_size=2, max_size=5, unique=True))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_a_tables_zones_repeat_and_rooms_are_as_wide_as_they_can_be(rotor, starts):
     load = Turntable(zones=tuple((start, float(n)) for n, start in enumerate(sorted(starts))))
     zones = ZoneMap(load, 1.0, 360)

@@ -23,7 +23,7 @@ SOURCES = [
 
 @pytest.mark.parametrize("source", SOURCES, ids=repr)
 @given(now=st.integers(0, 900))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_no_digital_edge_comes_before_the_next_one_announced(source, now):
     edge = source.next_edge(now)
     assert edge > now

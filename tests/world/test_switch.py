@@ -37,7 +37,7 @@ def test_a_switch_opens_late_by_its_hysteresis():
 
 
 @given(st.integers(0, 359), st.integers(0, 40), st.integers(0, 9), st.booleans(), st.integers(-1500, 1500))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_nothing_changes_within_the_room_and_something_does_outside(start, width, late, pressed, rotor):
     def fresh():
         switch = Switch(start, start + width, late, turn=360)
