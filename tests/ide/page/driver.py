@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from playwright.sync_api import Locator, Page, TimeoutError, expect  # noqa: A004
+from playwright.sync_api import FloatRect, Locator, Page, TimeoutError, expect  # noqa: A004
 
 from ide.front_end import built
 
@@ -73,6 +73,17 @@ def until(page: Page, holds: Callable[[], bool], tries: int = 1200) -> None:
             return
         page.wait_for_timeout(25)
     raise AssertionError(f"it never came; the page says {page.locator('.lane, .notice').all_inner_texts()}")
+
+
+def box_of(place: Locator) -> FloatRect:
+    """Where an element is on the page, once it is there: pictures are replaced by new ones as their contents change."""
+    place.wait_for()
+    for _ in range(1200):
+        box = place.bounding_box()
+        if box is not None:
+            return box
+        place.page.wait_for_timeout(25)
+    raise AssertionError(f"{place} is nowhere on the page")
 
 
 def rest_on(place: Locator, sign: Locator) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from playwright.sync_api import Page, expect
 
-from ide.page.driver import OpenIde, line, tab
+from ide.page.driver import OpenIde, box_of, line, tab
 
 
 def tool(page: Page, name: str) -> None:
@@ -74,8 +74,7 @@ def test_the_wave_is_drawn_changed_by_formula_and_sent_after_the_warning(page: P
 def test_a_value_of_the_wave_is_drawn_by_hand_and_dropped(page: Page):
     tool(page, "Microstep wave")
     drawing = page.get_by_role("img", name="Currents of coil A")
-    box = drawing.bounding_box()
-    assert box is not None
+    box = box_of(drawing)
     page.mouse.move(box["x"] + box["width"] / 8, box["y"] + box["height"] * 0.45)
     page.mouse.down()
     page.mouse.up()

@@ -9,7 +9,7 @@ from typing import Any
 
 from playwright.sync_api import expect
 
-from ide.page.driver import OpenIde, arm, figure, tab, until
+from ide.page.driver import OpenIde, arm, box_of, figure, tab, until
 from tmcm34x.host import Connection
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
@@ -31,9 +31,8 @@ def test_a_condition_a_plot_an_export_and_the_traffic_of_a_host(tmp_path: Path, 
     (tmp_path / "program.tmc").write_text(PROGRAM)
     page, ide = open_ide("--tcp", "0")
     with Connection.open(f"tcp://{ide.links[0][1]}?timeout=30") as host:
-        row = page.locator(".cm-line", has_text="JA Round").bounding_box()
-        gutter = page.locator(".breakpoints").bounding_box()
-        assert row and gutter
+        row = box_of(page.locator(".cm-line", has_text="JA Round"))
+        gutter = box_of(page.locator(".breakpoints"))
         page.mouse.click(gutter["x"] + gutter["width"] / 2, row["y"] + row["height"] / 2, button="right")
         page.get_by_role("textbox", name="Hold when").fill("gp[7] >= 3")
         page.get_by_role("button", name="Set", exact=True).click()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from playwright.sync_api import expect
 
-from ide.page.driver import OpenIde, figure, tab, until
+from ide.page.driver import OpenIde, box_of, figure, tab, until
 
 PROGRAM = Path(__file__).parents[3] / "examples" / "manual" / "5.2-first-program.tmc"
 
@@ -29,9 +29,8 @@ def test_a_first_session_with_the_manual_s_program(tmp_path: Path, open_ide: Ope
     until(page, lambda: figure(page, 0, "speed") == -300)
 
     page.get_by_label("Speed of time").select_option("10")
-    row = page.locator(".cm-line", has_text="MST   0").bounding_box()
-    gutter = page.locator(".breakpoints").bounding_box()
-    assert row and gutter
+    row = box_of(page.locator(".cm-line", has_text="MST   0"))
+    gutter = box_of(page.locator(".breakpoints"))
     page.mouse.click(gutter["x"] + gutter["width"] / 2, row["y"] + row["height"] / 2)
     expect(page.locator(".cm-line.execution.held")).to_contain_text("MST")
     assert figure(page, 0, "speed") == -300

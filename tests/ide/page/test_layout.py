@@ -7,7 +7,7 @@ import re
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from ide.page.driver import Ide, OpenIde, paste, screens, tab, until
+from ide.page.driver import Ide, OpenIde, box_of, paste, screens, tab, until
 
 FINDINGS = """() => {
     const found = [];
@@ -115,7 +115,7 @@ def test_a_small_page_does_not_grow_with_its_lower_panel(ide: Ide, chromium: Bro
     page.goto(ide.url)
     page.locator(".axis").first.wait_for()
     tab(page, "Telegrams")
-    tall = page.locator(".middle").bounding_box()["height"]  # type: ignore[index]
+    tall = box_of(page.locator(".middle"))["height"]
     release = page.get_by_role("button", name="Release")
     for _ in range(4):  # at least four telegrams and their replies each
         page.keyboard.press("F10")
@@ -123,7 +123,7 @@ def test_a_small_page_does_not_grow_with_its_lower_panel(ide: Ide, chromium: Bro
         expect(release).to_have_count(0)
     count = page.locator(".log .bar", has_text="telegrams")
     until(page, lambda: int(re.findall(r"(\d+) telegrams", count.inner_text())[0]) >= 32)
-    assert page.locator(".middle").bounding_box()["height"] == tall  # type: ignore[index]
+    assert box_of(page.locator(".middle"))["height"] == tall
     context.close()
 
 

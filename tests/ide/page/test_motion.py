@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, CDPSession, Page, expect
 
-from ide.page.driver import Ide, OpenIde, figure, line, tab, until
+from ide.page.driver import Ide, OpenIde, box_of, figure, line, tab, until
 
 BENCHES = Path(__file__).parents[3] / "examples" / "benches"
 
@@ -105,8 +105,7 @@ def touch(session: CDPSession, kind: str, x: float = 0, y: float = 0) -> None:
 
 def place(page: Page, name: str, role: str = "button") -> tuple[float, float]:
     """The middle of a control."""
-    box = page.get_by_role(role, name=name).bounding_box()  # type: ignore[arg-type]
-    assert box is not None
+    box = box_of(page.get_by_role(role, name=name))  # type: ignore[arg-type]
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
@@ -276,8 +275,7 @@ def test_stop_all_is_in_view_on_every_screen(ide: Ide, chromium: Browser):
         page.goto(ide.url)
         page.locator(".axis").last.scroll_into_view_if_needed()
         expect(page.get_by_role("button", name="STOP ALL")).to_be_in_viewport(ratio=1)
-        plot = page.locator(".plot .u-over").bounding_box()
-        assert plot is not None
+        plot = box_of(page.locator(".plot .u-over"))
         assert plot["height"] >= 60
         context.close()
 

@@ -7,7 +7,7 @@ import re
 from playwright.sync_api import Page, expect
 
 from debug.debuggees import CRASH, CULPRIT, PLANTED
-from ide.page.driver import OpenIde, rest_on, until
+from ide.page.driver import OpenIde, box_of, rest_on, until
 
 MOVE = 9
 """The line of the program that moves to the coordinate."""
@@ -107,8 +107,7 @@ def test_rows_of_parameters_coordinates_inputs_and_outputs_ask_who_wrote_them(
 def test_the_scrubber_shows_past_moments_and_a_branch_begins_there(open_ide: OpenIde, tmp_path) -> None:
     page = crashed(open_ide, tmp_path)
     moment = page.get_by_role("slider", name="Moment")
-    box = moment.bounding_box()
-    assert box is not None
+    box = box_of(moment)
     page.mouse.move(box["x"] + box["width"] * 0.9, box["y"] + box["height"] / 2)
     page.mouse.down()
     page.mouse.move(box["x"] + box["width"] * 0.3, box["y"] + box["height"] / 2, steps=10)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from ide.page.driver import PROGRAM, Ide, figure, line, paste, tab, until
+from ide.page.driver import PROGRAM, Ide, box_of, figure, line, paste, tab, until
 
 
 def test_themes_shortcuts_and_the_layout_are_remembered(page: Page):
@@ -216,14 +216,12 @@ def test_panels_are_resized_by_mouse_finger_and_keys(ide: Ide, chromium: Browser
     finger = context.new_cdp_session(page)
 
     def width() -> float:
-        box = page.locator(".right").bounding_box()
-        assert box is not None
+        box = box_of(page.locator(".right"))
         return box["width"]
 
     before = width()
     handle = page.get_by_role("separator", name="Width of the right panel")
-    box = handle.bounding_box()
-    assert box is not None
+    box = box_of(handle)
     x, y = box["x"] + 3, box["y"] + 300
     for kind, points in (
         ("touchStart", [{"x": x, "y": y}]),

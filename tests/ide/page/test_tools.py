@@ -10,7 +10,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, Page, expect
 
-from ide.page.driver import Ide, choose, figure, line, tab, until
+from ide.page.driver import Ide, box_of, choose, figure, line, tab, until
 
 
 def test_curves_are_drawn_chosen_and_exported(page: Page):
@@ -23,11 +23,8 @@ def test_curves_are_drawn_chosen_and_exported(page: Page):
     page.get_by_role("textbox", name="Search parameter").fill("general purpose variable #3")
     page.get_by_role("menuitem", name="add").first.click()
     expect(page.locator(".chip.watch")).to_contain_text("#3")
-    page.wait_for_function(
-        "() => document.querySelector('.plot canvas')?.getBoundingClientRect().width > 100"
-    )
-    box = canvas.bounding_box()
-    assert box is not None
+    expect(page.locator(".plot .canvas")).to_have_attribute("data-curves", "13")
+    box = box_of(canvas)
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     expect(page.locator(".readout")).to_contain_text("position 0")
     page.mouse.down()
@@ -94,8 +91,7 @@ def test_two_pinned_cursors_show_differences(page: Page):
     page.keyboard.press("F9")
     until(page, lambda: figure(page, 0, "speed") == 500)
     page.get_by_role("button", name="Hold the plot").click()
-    box = page.locator(".plot .u-over").bounding_box()
-    assert box is not None
+    box = box_of(page.locator(".plot .u-over"))
     x, y = box["x"] + 20, box["y"] + 40
     time = page.locator(".readout tr").first
     page.mouse.click(x, y)
@@ -148,8 +144,7 @@ def test_a_plot_is_zoomed_with_a_finger(ide: Ide, chromium: Browser):
     page.goto(ide.url)
     over = page.locator(".plot .u-over")
     over.wait_for()
-    box = over.bounding_box()
-    assert box is not None
+    box = box_of(over)
     finger = context.new_cdp_session(page)
     x, y = box["x"] + 60, box["y"] + 40
     for kind, points in (
@@ -205,8 +200,7 @@ def test_ways_are_converted(page: Page):
 def test_a_wheel_zooms_one_lane_and_a_double_click_brings_all_back(page: Page):
     page.keyboard.press("F9")
     until(page, lambda: figure(page, 0, "speed") == 500)
-    box = page.locator(".plot .u-over").bounding_box()
-    assert box is not None
+    box = box_of(page.locator(".plot .u-over"))
     page.mouse.move(box["x"] + 100, box["y"] + box["height"] * 0.75)
     page.mouse.wheel(0, -100)
     newest = page.get_by_role("button", name="Show the newest")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
-from ide.page.driver import OpenIde, figure, line, tab, until
+from ide.page.driver import OpenIde, box_of, figure, line, tab, until
 from tmcm34x.host import Connection
 from tmcm34x.tmcl.mnemonic import parse_instruction
 
@@ -130,11 +130,9 @@ def test_every_other_parameter_view_opens(page: Page):
 def test_an_answer_is_whole_in_a_narrow_panel(page: Page):
     tab(page, "Direct mode")
     line(page, "SAP 4, 7, 1")
-    panel = page.locator(".answers").bounding_box()
-    assert panel is not None
+    panel = box_of(page.locator(".answers"))
     for part in (".command", ".bytes", ".value", ".result", ".acts"):
-        box = page.locator(f".answer {part}").first.bounding_box()
-        assert box is not None
+        box = box_of(page.locator(f".answer {part}").first)
         assert box["width"] > 0
         assert box["x"] + box["width"] <= panel["x"] + panel["width"]
     assert page.locator(".answers").evaluate("element => element.scrollWidth <= element.clientWidth")

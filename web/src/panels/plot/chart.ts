@@ -205,6 +205,7 @@ export function makeChart(element: HTMLElement, curves: readonly ShownCurve[], w
     });
     frameListeners.add(draw);
     redraw();
+    element.dataset.curves = String(curves.length);
     const observer = new ResizeObserver(() => plot.setSize((size = measure())));
     observer.observe(element);
     return {
