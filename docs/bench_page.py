@@ -10,10 +10,10 @@ from tmcm34x.bench import description, inputs
 HEAD = """\
 # Bench files
 
-A bench file says what hangs on one or several modules that share a line: motors, what they drive, switches,
+A bench file describes what is connected to one or several modules on one line: motors, what they drive, switches,
 encoders, signals on the inputs, devices on the SPI bus. `tmcm34x serve --bench FILE` and `tmcm34x run --bench FILE`
-take it; in Python it is `tmcm34x.bench.load(path)`. It is TOML; a mistake is reported in one line with the path to it,
-such as `module[1].axis[0].switch.left.position: expected float, got str`. Ready ones are in `examples/benches/`.
+read it; in Python it is `tmcm34x.bench.load(path)`. It is TOML; an error is reported in one line with its path,
+such as `module[1].axis[0].switch.left.position: expected float, got str`. Examples are in `examples/benches/`.
 
 ```toml
 [[module]]
@@ -30,32 +30,32 @@ IN_0 = { kind = "position", motor = 0, low = 0.0, high = 200.0 }
 
 Positions are those of the load: millimetres of a carriage, degrees of a turntable. The position 0 of the chip is
 where the load stands at the first power-on (`start`); a reference search puts it where the manual says. Counting up
-moves the load to higher positions unless `reverse` is set, and the left switch is the one that counting down meets.
+moves the load to higher positions unless `reverse` is set; the left switch is the one in the direction of counting down.
 
 ## What is modelled
 
-- Switches close at the very microstep, and stop the motor at the clock at which the motion chip notices: modules with
+- Switches close at the exact microstep, and stop the motor at the clock at which the motion chip reads them: modules with
   SPI drivers read their switches through a multiplexer, with the next datagram to the drivers.
-- A hard stop holds the rotor; the chip counts on. A motor that is asked for more torque than it has at that speed
+- A hard stop holds the rotor; the chip keeps counting. A motor that needs more torque than it has at that speed
   and current loses its steps, stays behind, and catches on again at a multiple of four full steps when the chip is
-  slower than `start_speed`. Rotor against chip is the axis's `lost_fullsteps`.
-- Without current (power off, freewheeling, a fault) an outer force that friction and detent torque do not hold takes
-  the load along to the next place where they do, or to the hard stop. A load without hard stops stays.
+  slower than `start_speed`. The difference is the axis's `lost_fullsteps`.
+- Without current (power off, freewheeling, a fault) an external force that friction and detent torque do not hold
+  moves the load to the next position where they do, or to the hard stop. A load without hard stops stays.
 - The load value that parameter 206 shows rises with the load; it is useful above half of `load_speed` or so.
-- Faults raise the driver's flags and, but for the temperature warning, cut the torque.
-- A potentiometer, a signal, an encoder is computed when the module reads it, for that very clock.
+- Faults set the driver's flags and, except for the temperature warning, cut the torque.
+- Potentiometers, signals and encoders are computed when the module reads them, for that clock.
 
-Left out: resonances and elasticity, backlash, the time that a falling load takes, heating, the dependence of the
+Not modelled: resonances and elasticity, backlash, the time that a falling load takes, heating, the dependence of the
 torque on the supply voltage. The choices are in [fidelity/world.md](fidelity/world.md).
 
 Everything is deterministic: the same file, seed and telegrams at the same clocks give the same run.
 
 ## By hand
 
-A running bench can be worked by hand, from Python or the IDE, through the world of each module
+A running bench can be operated by hand, from Python or the IDE, through the world of each module
 (`rig.worlds[0]`): `set_switch(motor, side, active)`, `unplug(motor, side)`, `set_fault(motor, name, on)`,
-`set_level(input, level)`, `push(motor, torque_nm)`, `move(motor, position)`, `set_power(on)`, and `view()` tells how
-every axis stands. A device of one's own on the SPI bus is any object with `exchange(data, nbytes)`:
+`set_level(input, level)`, `push(motor, torque_nm)`, `move(motor, position)`, `set_power(on)`, and `view()` returns the
+state of every axis. A device of your own on the SPI bus is any object with `exchange(data, nbytes)`:
 `rig.modules[0].board.attach_spi(select, device)`.
 
 """

@@ -193,7 +193,7 @@ def test_a_serial_port_that_is_unplugged_is_said(serve):
     with connect(f"serial:{served.pty}?timeout=10&retries=0") as module:
         assert module.version == "343V4.36"
         served.stop()
-        with pytest.raises(LinkError, match="the port is gone"):
+        with pytest.raises(LinkError, match="the port was disconnected"):
             module.connection.ask(Instruction(6, 1))
 
 

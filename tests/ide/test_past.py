@@ -431,7 +431,7 @@ def test_nothing_can_be_changed_in_the_past():
         lambda: bench.session.restart_frame(0),
         bench.session.restart,
     ):
-        with pytest.raises(ValueError, match="a past moment is shown: go on from here, or return"):
+        with pytest.raises(ValueError, match="a past moment is shown: continue from here, or return"):
             bench.do(change)
 
 

@@ -110,7 +110,7 @@ def test_a_port_that_goes_away_and_comes_back_is_reported_once_each(tmp_path, mo
         link.close()
         os.close(ours)
         os.close(theirs)
-        gone = f"{path} has gone away (No such file or directory); trying again every second"
+        gone = f"{path} was disconnected (No such file or directory); trying again every second"
         assert lines == [gone, f"{path} is back"]
 
     asyncio.run(scenario())

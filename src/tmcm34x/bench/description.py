@@ -75,7 +75,7 @@ class Motor(Struct, frozen=True):
 class Carriage(Struct, frozen=True, tag_field="kind", tag="carriage"):
     """A carriage on a screw or belt: positions in millimetres, forces in newtons."""
 
-    lead_mm: Annotated[Positive, text("way of one motor turn")] = _CARRIAGE.lead_mm
+    lead_mm: Annotated[Positive, text("distance of one motor turn")] = _CARRIAGE.lead_mm
     mass_kg: Annotated[NotNegative, text("moved mass")] = _CARRIAGE.mass_kg
     friction_n: Annotated[NotNegative, text("force against the motion")] = _CARRIAGE.friction_n
     low: Annotated[float | None, text("lower hard stop")] = None
@@ -127,7 +127,7 @@ class Encoder(Struct, frozen=True):
     """An incremental encoder on a motor's shaft, read by a TMCM-323."""
 
     lines: Annotated[Count, text("lines of the disc, four counts each")]
-    slip: Annotated[float, Meta(ge=-1, le=1), text("part of the way that the disc does not make")] = 0.0
+    slip: Annotated[float, Meta(ge=-1, le=1), text("part of the rotation that the disc does not follow")] = 0.0
     null: Annotated[Literal["high", "low", "none"], text("level of the null channel at its mark")] = "high"
 
 

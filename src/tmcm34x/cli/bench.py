@@ -54,7 +54,7 @@ WORDS: Final[dict[str, Word]] = {
     "release": Word("SIDE MOTOR", "open a limit switch", lambda w: _act("switch", int(w[1]), w[0], False)),
     "free": Word(
         "SIDE MOTOR",
-        "let a limit switch follow the load again",
+        "make a limit switch follow the load again",
         lambda w: _act("switch", int(w[1]), w[0], None),
     ),
     "unplug": Word(
@@ -93,8 +93,8 @@ WORDS: Final[dict[str, Word]] = {
         lambda w: {"do": "speed", "speed": float(w[0])},
     ),
     "pause": Word("", "stop virtual time", lambda _: {"do": "pause"}),
-    "resume": Word("", "let virtual time go on", lambda _: {"do": "resume"}),
-    "until": Word("TIME [s|ms|min]", "let this much virtual time pass, as fast as possible", _seconds),
+    "resume": Word("", "resume virtual time", lambda _: {"do": "resume"}),
+    "until": Word("TIME [s|ms|min]", "run virtual time for so long, as fast as possible", _seconds),
     "snapshot": Word("FILE", "write the state of the bench", lambda _: {"do": "snapshot"}),
     "restore": Word("FILE", "go back to a snapshot", lambda w: {"do": "restore", "snapshot": _read(w[0])}),
     "digest": Word("", "print the fingerprint of the state", lambda _: {"do": "digest"}),

@@ -96,7 +96,7 @@ _OPTIONS: Final = (
         is_flag=False,
         flag_value="",
         metavar="[LINK]",
-        help="CAN adapter that speaks SLCAN on a pseudo terminal, with the modules on its bus; LINK as with --pty.",
+        help="SLCAN adapter on a pseudo terminal, with the modules on its bus; LINK as with --pty.",
     ),
     click.option(
         "--can",
@@ -104,7 +104,7 @@ _OPTIONS: Final = (
         multiple=True,
         type=CanAddress(),
         metavar="INTERFACE:CHANNEL",
-        help="CAN bus that python-can knows, such as socketcan:can0, at the bit rate of the first module.",
+        help="CAN bus of python-can, such as socketcan:can0, at the bit rate of the first module.",
     ),
 )
 

@@ -53,7 +53,7 @@ Examples:
     "--bench",
     type=FILE_IN,
     metavar="FILE",
-    help="What hangs on the module, where a session does not say so itself.",
+    help="What is connected to the module, for sessions without a bench of their own.",
 )
 @click.option("--junit", type=FILE_OUT, metavar="OUT", help="Write the results as JUnit XML.")
 @click.option("--first", is_flag=True, help="End at the first failure.")

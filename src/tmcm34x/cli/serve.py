@@ -121,7 +121,7 @@ Examples:
 @click.option(
     "--pace",
     is_flag=True,
-    help="Let bytes of serial lines take their time, 10 bits each at the bit rate of global parameter 65.",
+    help="Transmit bytes of serial lines at their rate: 10 bits each, at the bit rate of global parameter 65.",
 )
 @click.option(
     "--fault",

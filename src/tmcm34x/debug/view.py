@@ -196,7 +196,7 @@ class View:
         if self._module is None:
             if key == "counter":
                 return self._ask("GGP", global_parameters.BY_KEY["program_counter"].number, 0)
-            raise ExpressionError(f"the module's firmware does not tell {key}")
+            raise ExpressionError(f"the module's firmware does not report {key}")
         program = self._module.program
         if key == "time_ms":
             return self._module.now // MS

@@ -131,7 +131,7 @@ class CanLine(RealTime):
             return self._bus.recv(timeout_s)
         except (self._can.CanError, OSError) as error:
             raise LostLinkError(
-                f"{self.name}: the bus is gone ({' '.join(str(error).split())}); is the adapter plugged in?"
+                f"{self.name}: the bus was disconnected ({' '.join(str(error).split())}); is the adapter plugged in?"
             ) from error
 
 

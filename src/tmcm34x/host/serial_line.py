@@ -79,7 +79,7 @@ class SerialLine(RealTime):
             return LostLinkError(
                 f"{self.name}: another program reads from this port; close it and begin again"
             )
-        return LostLinkError(f"{self.name}: the port is gone ({port_reason(error)}); is it plugged in?")
+        return LostLinkError(f"{self.name}: the port was disconnected ({port_reason(error)}); is it plugged in?")
 
 
 class DescriptorLine(SerialLine):
@@ -150,4 +150,4 @@ def _termios_error() -> type[Exception]:
 
 
 GONE: Final = (OSError, TypeError, _termios_error())
-"""What tells that a port has gone away: pyserial's own exception is an `OSError`, that of termios is none."""
+"""Raised where a port was disconnected: pyserial's own exception is an `OSError`, that of termios is none."""

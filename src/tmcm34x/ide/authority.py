@@ -279,7 +279,7 @@ class Authority:
 
     def leave(self, page: Window) -> None:
         """A window is gone."""
-        self.end([m for m in self._motions.values() if m.owner is page], "Its window is gone.")
+        self.end([m for m in self._motions.values() if m.owner is page], "Its window was closed.")
 
     async def settle(self) -> None:
         """Bring to rest what is under way, before the line is needed.  Raises `wire.RefusalError`."""

@@ -121,7 +121,7 @@ class Loading:
                 "verify", f"The program is not stored as it should be: {error}."
             ) from error
         except HostError as error:
-            raise wire.RefusalError("module", f"The download was broken off: {error}.") from error
+            raise wire.RefusalError("module", f"The download was aborted: {error}.") from error
         finally:
             self.busy = False
             self._hush(False)
@@ -195,6 +195,6 @@ def _is_command(instruction: Instruction) -> bool:
 
 def _aborted(done: int) -> str:
     return (
-        f"The download was broken off (STOP ALL). The program that was in the module is gone; {done} instructions were "
+        f"The download was aborted (STOP ALL). The program that was in the module is lost; {done} instructions were "
         "stored."
     )

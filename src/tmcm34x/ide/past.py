@@ -25,7 +25,7 @@ BUCKETS: Final = 400
 """Parts of the whole time in which telegrams are counted."""
 MOST_MARKS: Final = 2000
 """Marks that are kept of a branch, the latest."""
-NOT_NOW: Final = "A past moment is shown: go on from here, or return to the present."
+NOT_NOW: Final = "A past moment is shown: continue from here, or return to the present."
 
 
 class Past:

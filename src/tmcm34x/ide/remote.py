@@ -94,7 +94,7 @@ class Remote(RemoteLine):
     def session(self, listener: Listener) -> RemoteSession:
         """Run control of the module's program, as far as its firmware has it.  Raises `HostError`."""
         if self._connection is None:
-            raise LinkError("the line is gone")
+            raise LinkError("the line was lost")
         self._session = RemoteSession(self._connection, listener)
         return self._session
 

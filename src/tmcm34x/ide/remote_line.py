@@ -119,13 +119,13 @@ class RemoteLine:
     def link(self) -> wire.Link:
         """How the line is."""
         if self._terminal.on:
-            text = "The module speaks its ASCII interface, which executes no binary commands."
+            text = "The module is in ASCII mode, which executes no binary commands."
             return wire.Link(False, text, self.place, True)
         if self._up:
             return wire.Link(True, "", self.place, False)
         if self._connection is None:
             return wire.Link(
-                False, f"The line {self.place} is gone; the IDE looks for it.", self.place, False
+                False, f"The line {self.place} was lost; the IDE tries to connect again.", self.place, False
             )
         return wire.Link(False, self._trouble, self.place, False)
 
@@ -184,9 +184,9 @@ class RemoteLine:
             return unanswered(instruction, sent, "not sent: STOP ALL came first")
         connection = self._connection
         if connection is None:
-            return unanswered(instruction, sent, "no answer: the line is gone")
+            return unanswered(instruction, sent, "no reply: the line was lost")
         if self._terminal.on:
-            return unanswered(instruction, sent, "not sent: the module speaks its ASCII interface")
+            return unanswered(instruction, sent, "not sent: the module is in ASCII mode")
         self._link = link
         try:
             if instruction.number == FACTORY_RESET:
@@ -220,7 +220,7 @@ class RemoteLine:
         """Send a line to the ASCII interface; what came back."""
         connection = self._connection
         if connection is None or self._closed:
-            raise wire.RefusalError("line", "The line is gone.")
+            raise wire.RefusalError("line", "The line was lost.")
         if self.url.is_can:
             raise wire.RefusalError("can", "The ASCII interface is on serial lines, not on CAN.")
         return await asyncio.get_running_loop().run_in_executor(

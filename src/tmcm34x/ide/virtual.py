@@ -148,7 +148,7 @@ class Virtual:
 
     async def send_ascii(self, line: str) -> str:
         """The IDE leaves the ASCII interface of a virtual module at once."""
-        raise wire.RefusalError("binary", "The IDE's line of a virtual module speaks binary.")
+        raise wire.RefusalError("binary", "The IDE's line of a virtual module stays in binary mode.")
 
     def _patience(self, instruction: Instruction) -> float:
         if instruction.number == FACTORY_RESET or self.module.silent:

@@ -40,7 +40,7 @@ class SerialLink:
         self._retry: asyncio.TimerHandle | None = None
         self._away = False
         self.report: Callable[[str], None] | None = None
-        """Takes a line when the port has gone away and when it is back."""
+        """Takes a line of text when the port was disconnected and when it is connected again."""
 
     async def open(self, connect: Connect) -> str:
         """Open the port for ourselves alone; returns its name."""
@@ -101,7 +101,7 @@ class SerialLink:
         except OSError as error:
             self._retry = asyncio.get_running_loop().call_later(RETRY_S, self._restart)
             self._tell(
-                True, f"{self._device} has gone away ({port_reason(error)}); trying again every second"
+                True, f"{self._device} was disconnected ({port_reason(error)}); trying again every second"
             )
         else:
             self._tell(False, f"{self._device} is back")

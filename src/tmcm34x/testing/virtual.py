@@ -375,7 +375,7 @@ class VirtualModule(ModuleUnderTest):
             raise WrongUseError('time goes back in virtual time only: leave pace at "virtual"')
         if self._lines:
             raise WrongUseError(
-                "ask for the history before the module's lines are opened: it keeps what they bring"
+                "use the history before the module's lines are opened: it records their telegrams"
             )
         history = History(self.rig)
         history.access, history.time, history.on_return = self.do, self._clockwork, self._brought_back

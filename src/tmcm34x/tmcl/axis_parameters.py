@@ -118,7 +118,7 @@ AXIS_PARAMETERS: Final[tuple[AxisParameter, ...]] = (
     ),
     AxisParameter(
         2, "target_speed", "target (next) speed", "RW", -2047, 2047, 0, "velocity units", ALL,
-        "The wanted speed in velocity mode; in position mode the chip's: maximum while speeding up or cruising, "
+        "The target speed in velocity mode; in position mode the chip's: maximum while speeding up or cruising, "
         "0 while braking and at rest.",
     ),
     AxisParameter(

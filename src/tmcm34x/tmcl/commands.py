@@ -206,7 +206,7 @@ COMMANDS: Final[tuple[Command, ...]] = (
         21, "JC", (_word("condition", CONDITIONS), _ADDRESS), _PROGRAM, "6.7.18", "jump conditional",
         "Jumps when a condition holds: the last comparison, the last result, or an error flag.",
     ),
-    Command(22, "JA", (_ADDRESS,), _PROGRAM, "6.7.19", "jump always", "Goes on at another place of the program."),
+    Command(22, "JA", (_ADDRESS,), _PROGRAM, "6.7.19", "jump always", "Continues at another address of the program."),
     Command(
         23, "CSUB", (_ADDRESS,), _PROGRAM, "6.7.20", "call subroutine",
         "Calls a subroutine; up to eight calls may be open, further ones are ignored.",
@@ -310,12 +310,12 @@ CONTROL_FUNCTIONS: Final[tuple[Command, ...]] = (
         "read_program_memory",
     ),
     Command(
-        135, "", (), _CONTROL, "6.7.36", "get application status", "Tells 0 stop, 1 run, 2 step or 3 reset.",
+        135, "", (), _CONTROL, "6.7.36", "get application status", "Returns 0 stop, 1 run, 2 step or 3 reset.",
         "get_application_status",
     ),
     Command(
         136, "", (Operand("form", "type", "word", 0, 1, (("string", 0), ("binary", 1))),), _CONTROL, "6.7.36",
-        "get firmware version", "Tells module type and version, as eight characters or as a number.",
+        "get firmware version", "Returns module type and version, as eight characters or as a number.",
         "get_firmware_version",
     ),
     Command(

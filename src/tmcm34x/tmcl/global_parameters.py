@@ -102,7 +102,7 @@ GLOBAL_PARAMETERS: Final[tuple[GlobalParameter, ...]] = (
     ),
     GlobalParameter(
         0, 5, "reference_switches", "reference switch states", "R", 0, 63, 0, "bit mask",
-        "All switches as the chip sees them: bit 5 left 3, 4 right 3, 3 left 2, 2 right 2, 1 left 1, 0 right 1.",
+        "All switches as the chip reads them: bit 5 left 3, 4 right 3, 3 left 2, 2 right 2, 1 left 1, 0 right 1.",
     ),
     GlobalParameter(
         0, 6, "smgp", "TMC428/TMC429 SMGP register", "RW", 0, 0xFFFFFF, 0, "",
@@ -181,7 +181,7 @@ GLOBAL_PARAMETERS: Final[tuple[GlobalParameter, ...]] = (
     ),
     GlobalParameter(
         0, 84, "coordinate_storage", "coordinate storage", "RWE", 0, 1, 0, "",
-        "Where coordinates 1 to 20 live.", ((0, "RAM"), (1, "EEPROM")),
+        "Where coordinates 1 to 20 are stored.", ((0, "RAM"), (1, "EEPROM")),
     ),
     GlobalParameter(
         0, 85, "keep_user_variables_cleared", "do not restore user variables", "RWE", 0, 1, 0, "",

@@ -114,7 +114,7 @@ def _conditions() -> str:
 
 def _waits() -> str:
     return _table(
-        "Word|No.|WAIT goes on when", ((f"`{w}`", n, _WAIT_MEANINGS[w]) for w, n in commands.WAIT_TYPES)
+        "Word|No.|WAIT ends when", ((f"`{w}`", n, _WAIT_MEANINGS[w]) for w, n in commands.WAIT_TYPES)
     )
 
 

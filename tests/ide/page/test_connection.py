@@ -142,7 +142,7 @@ def test_a_silent_module_can_be_waited_for_and_nothing_of_it_is_shown_as_known(s
     page.get_by_role("button", name="Stall detection").click()
     expect(tool.locator("pre")).to_have_text("SAP 205, 0, ?")
     page.get_by_role("button", name="Unit calculator").click()
-    expect(tool).to_contain_text("the module has not told its own")
+    expect(tool).to_contain_text("those of the module are unknown")
 
 
 def test_a_scan_is_shown_and_its_find_is_connected_to(serve: Any, open_ide: OpenIde):

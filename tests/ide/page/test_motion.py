@@ -213,7 +213,7 @@ def test_a_module_without_drivers_offers_no_loads(open_ide: OpenIde):
     page.get_by_role("button", name="Tools", exact=True).click()
     for tool in ("Stall detection", "Load profile"):
         page.get_by_role("button", name=tool).click()
-        expect(page.locator(".tools")).to_contain_text("it cannot tell their load")
+        expect(page.locator(".tools")).to_contain_text("it does not measure their load")
 
 
 def test_an_input_held_by_hand_is_given_back_to_the_bench(open_ide: OpenIde):

@@ -120,7 +120,7 @@ def test_the_scrubber_shows_past_moments_and_a_branch_begins_there(open_ide: Ope
     expect(page.get_by_role("button", name="Stop", exact=True).first).to_be_disabled()
     page.get_by_role("button", name="Hold time").click()
     question = page.get_by_role("dialog", name="A past moment is shown")
-    question.get_by_role("button", name="Go on from here").click()
+    question.get_by_role("button", name="Continue from here").click()
     expect(strip(page)).to_have_count(0)
     expect(page.get_by_role("combobox", name="Branch")).to_contain_text("branch 1")
     expect(page.locator(".status-bar")).to_contain_text(re.compile(r"history \d+\.\d of 64 MiB"))

@@ -422,7 +422,7 @@ def test_139_leads_to_a_terminal_with_a_way_back(stage: Stage):
     page.get_by_role("combobox", name="Instruction").select_option("139")
     page.get_by_role("button", name="Execute").click()
     page.get_by_role("dialog").get_by_role("button", name="Apply").click()
-    expect(page.locator(".banner")).to_contain_text("speaks its ASCII interface")
+    expect(page.locator(".banner")).to_contain_text("is in ASCII mode")
     expect(page.locator(".prompt")).to_have_text("\u203a")
     field = page.get_by_role("textbox", name="ASCII line")
     field.fill("GAP 4, 0")

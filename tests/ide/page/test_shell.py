@@ -56,7 +56,7 @@ def test_a_lost_server_is_told_and_nothing_typed_is_lost(tmp_path: Path, chromiu
     assert port is not None
     again = Ide(ide.folder, "--listen", f"127.0.0.1:{port[1]}")
     try:
-        expect(page.locator(".banner")).to_contain_text("started anew")
+        expect(page.locator(".banner")).to_contain_text("was restarted")
         page.goto(again.url)
         expect(page.locator(".cm-content")).to_contain_text("// typed while away")
     finally:

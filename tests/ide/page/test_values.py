@@ -41,7 +41,7 @@ def test_direct_mode_by_form_by_line_and_from_history(page: Page):
 def test_the_log_shows_and_filters_telegrams(page: Page):
     tab(page, "Telegrams")
     expect(page.locator(".telegram").first).to_be_visible()
-    page.get_by_title("Forget all lines").click()
+    page.get_by_title("Clear the log").click()
     expect(page.locator(".telegram")).to_have_count(0)
     tab(page, "Direct mode")
     line(page, "MVP ABS, 1, 9000")

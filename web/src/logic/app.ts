@@ -55,7 +55,7 @@ export const link = signal<{ up: boolean; text: string; place: string; ascii: bo
     place: "",
     ascii: false,
 });
-/** Windows that look at this module. */
+/** Windows that show this module. */
 export const windows = signal(1);
 
 export const online = computed(() => connection.state.value === "open" && welcome.value !== null);

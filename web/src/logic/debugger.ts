@@ -273,7 +273,7 @@ effect(() => {
     socket.onmessage = ({ data }) => take(JSON.parse(String(data)) as Dap.ProtocolMessage);
     socket.onopen = () => void greet().catch(() => {});
     socket.onclose = () => {
-        for (const asker of waiting.values()) asker.reject(new RefusedError("offline", "The debugger is gone."));
+        for (const asker of waiting.values()) asker.reject(new RefusedError("offline", "The debugger has ended."));
         waiting.clear();
         setTimeout(() => (connecting.value = false), 500);
     };

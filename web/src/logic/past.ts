@@ -70,7 +70,7 @@ refusals.past = async () => {
         "Nothing can be changed there. Go on from this moment in a new branch, with time held, or return to the present first?",
         [
             { id: "live", title: "Return to the present" },
-            { id: "branch", title: "Go on from here", tone: "primary" },
+            { id: "branch", title: "Continue from here", tone: "primary" },
         ],
     );
     if (answer) await (answer === "branch" ? goOn(true) : leave());

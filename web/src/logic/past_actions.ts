@@ -45,7 +45,7 @@ export const PAST_ACTIONS: Action[] = [
     },
     {
         id: "go_on",
-        title: "Go on from the past moment",
+        title: "Continue from the past moment",
         group: "Program",
         hindrance: unlessPresent,
         run: () => goOn(false),

@@ -13,12 +13,12 @@ export const STOPS: Stop[] = [
     {
         selector: ".middle .work",
         title: "Your program",
-        text: "Write TMCL here, or open an example. Mistakes are underlined as you type; hovering explains a word. A click left of a line number sets a breakpoint.",
+        text: "Write TMCL here, or open an example. Errors are underlined as you type; hovering explains a word. A click left of a line number sets a breakpoint.",
     },
     {
         selector: ".top .group",
         title: "Run it",
-        text: "Run (F9) assembles what is on the screen, stores it in the module and starts it. Step goes on by one command.",
+        text: "Run (F9) assembles what is on the screen, stores it in the module and starts it. Step executes one command.",
     },
     {
         selector: ".right",

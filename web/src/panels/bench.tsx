@@ -44,7 +44,7 @@ export function TimeControls() {
             />
             <button
                 class="tool text"
-                {...unless(offline.value, "Let one millisecond pass, then hold (Ctrl+F10)")}
+                {...unless(offline.value, "Advance time by one millisecond, then hold (Ctrl+F10)")}
                 aria-label="+1 ms: one millisecond"
                 onClick={() => ask({ call: "step_time", ms: 1 })}
             >

@@ -98,7 +98,7 @@ function Trouble() {
             <span>{text}</span>
             {silent && (
                 <button
-                    title="Connect all the same: the module is shown as soon as it answers"
+                    title="Connect all the same: the module is shown as soon as it replies"
                     onClick={() => connectTo(url!, true)}
                 >
                     Wait for it

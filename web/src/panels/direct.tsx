@@ -157,7 +157,7 @@ function Form() {
                 type="button"
                 class={recording.value ? "recording" : ""}
                 aria-pressed={recording.value}
-                title="Copy each executed command into the program in front"
+                title="Copy each executed command into the program on the screen"
                 onClick={() => (recording.value = !recording.value)}
             >
                 {recording.value ? "Recording" : "Record"}
@@ -223,7 +223,7 @@ async function copyBytes({ sent, received }: Exchange): Promise<void> {
     notify("information", "The bytes are in the clipboard: request, and reply below it.");
 }
 
-/** Commands that the module has executed go into the program in front. */
+/** Commands that the module has executed go into the program on the screen. */
 const recording = signal(false);
 
 function Answer({ exchange }: { exchange: Exchange }) {
@@ -236,7 +236,7 @@ function Answer({ exchange }: { exchange: Exchange }) {
                 <span title="Sent">{exchange.sent}</span>{" "}
                 <span title="Received">{exchange.received || (exchange.sent ? "no answer" : "")}</span>
             </span>
-            <span class="value" title="Value of the answer">
+            <span class="value" title="Value of the reply">
                 {exchange.status && exchange.sent ? exchange.value : ""}
             </span>
             <span class="result" title={exchange.meaning}>

@@ -102,7 +102,7 @@ export function Log() {
                 <IconButton icon="save" label="Save the lines shown" onClick={() => offer("telegrams.txt", text())} />
                 <IconButton
                     icon="trash"
-                    label="Forget all lines"
+                    label="Clear the log"
                     onClick={() => {
                         telegrams.value = [];
                         droppedTelegrams.value = 0;

@@ -292,7 +292,7 @@ export function Banner() {
     if (state === "refused")
         return (
             <div class="banner bad" role="alert">
-                <Icon name="alert" /> The IDE's server was started anew and does not know this window. Open the address
+                <Icon name="alert" /> The IDE's server was restarted and this window is no longer valid. Open the address
                 that it printed; your texts are kept in this browser.
             </div>
         );
@@ -325,7 +325,7 @@ export function Banner() {
     if (!plugged.value)
         return (
             <div class="banner" role="status">
-                <Icon name="plug" /> The line is unplugged: the module goes on and receives nothing.{" "}
+                <Icon name="plug" /> The line is unplugged: the module keeps running and receives nothing.{" "}
                 {repair("line", "Plug it in")}
             </div>
         );

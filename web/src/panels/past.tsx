@@ -22,7 +22,7 @@ export function PastStrip() {
             </span>
             <button
                 title="Begin a new branch at this moment"
-                aria-label="Go on from here"
+                aria-label="Continue from here"
                 onClick={() => void goOn(false)}
             >
                 <span>

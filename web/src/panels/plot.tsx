@@ -199,7 +199,7 @@ export function Plot() {
                                 redraw();
                             }}
                         >
-                            Forget all samples
+                            Clear all samples
                         </button>
                     </Menu>
                 </span>

@@ -42,7 +42,7 @@ export function Problems() {
             </div>
             <div class="output" aria-label="Messages" role="log">
                 <h4>Messages</h4>
-                {!output.value.length && <p class="note">What the IDE and log points say is kept here.</p>}
+                {!output.value.length && <p class="note">Messages of the IDE and of log points appear here.</p>}
                 {output.value
                     .slice()
                     .reverse()

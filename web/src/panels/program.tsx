@@ -249,7 +249,7 @@ function BreakpointRow({ point }: { point: Breakpoint }) {
             </button>
             <span class="muted">{texts.join(", ") || (can.value.debug && place?.message)}</span>
             {met !== undefined && (
-                <span class="pill" title="How often it was met with its condition true">
+                <span class="pill" title="How often it was reached with its condition true">
                     met {met}×
                 </span>
             )}

@@ -56,12 +56,12 @@ export function StatusBar() {
                 {problemCount.value.errors} errors, {problemCount.value.warnings} warnings
             </button>
             {can.value.language_server && (
-                <span title="Completion, hover texts and marked mistakes">
+                <span title="Completion, hover texts and marked errors">
                     {languageServer.value ? "language server" : "language server…"}
                 </span>
             )}
             <TourOffer />
-            {windows.value > 1 && <span title="Windows that look at this module">{windows.value} windows</span>}
+            {windows.value > 1 && <span title="Windows that show this module">{windows.value} windows</span>}
         </footer>
     );
 }

@@ -40,7 +40,7 @@ def command(url: str | None, yes: bool) -> int:
     from tmcm34x.host.steps import executing
 
     with opened(url) as connection:
-        click.echo(f"{connection.version()} at {connection.line.name}; help tells what can be typed")
+        click.echo(f"{connection.version()} at {connection.line.name}; type help for the commands")
         try:
             connection.run(executing())
         except DownloadModeError as error:

@@ -128,7 +128,7 @@ class BenchSession(Backward, LocalSession):
     def irreversible(self) -> str:
         """Why the program cannot be taken back; empty where it can."""
         if self.module.user_functions:
-            return "user functions in Python may remember what no snapshot holds"
+            return "user functions in Python may have state that no snapshot contains"
         return "" if self._keeps_history else "this session keeps no history"
 
     @property

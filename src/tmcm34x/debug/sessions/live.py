@@ -42,7 +42,7 @@ class Scene(NamedTuple):
 
 IRREVERSIBLE: Final = "the module's time is not this session's: its hosts would not go back with it"
 """Why a program cannot be taken back where no history is kept."""
-PAST: Final = "a past moment is shown: go on from here, or return to the present"
+PAST: Final = "a past moment is shown: continue from here, or return to the present"
 """Why nothing can be changed."""
 
 

@@ -40,7 +40,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W102": Rule(
         "warning", "the program runs past its end",
-        "The last instruction is no STOP, JA or RSUB: the module goes on with whatever an earlier, longer program "
+        "The last instruction is no STOP, JA or RSUB: the module continues with whatever an earlier, longer program "
         "left in its memory.",
         "        ROR   0, 500\n",
         "        ROR   0, 500\n"
@@ -49,7 +49,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W103": Rule(
         "warning", "more than eight calls open",
-        "The stack holds eight return addresses. A ninth CSUB is ignored: the program goes on after it as if the "
+        "The stack holds eight return addresses. A ninth CSUB is ignored: the program continues after it as if the "
         "subroutine had run.",
         "        CSUB  S1\n"
         "        STOP\n"
@@ -185,7 +185,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W301": Rule(
         "warning", "value out of the parameter's range",
-        "The module answers with status 4 and keeps the old value; the program goes on.",
+        "The module answers with status 4 and keeps the old value; the program continues.",
         "        SAP   140, 0, 7\n"
         "        STOP\n",
         "        SAP   140, 0, 6\n"
@@ -238,7 +238,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W307": Rule(
         "warning", "operand out of range",
-        "The module refuses the command with status 4 and goes on with the next one.",
+        "The module refuses the command with status 4 and continues with the next one.",
         "        MVP   ABS, 0, 16777216\n"
         "        STOP\n",
         "        MVP   ABS, 0, 8388607\n"
@@ -247,7 +247,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W308": Rule(
         "warning", "a coordinate that is never set",
-        "At power-on coordinates are 0 unless they live in the EEPROM: MVP COORD would go to position 0.",
+        "At power-on coordinates are 0 unless they are stored in the EEPROM: MVP COORD would go to position 0.",
         "        MVP   COORD, 0, 3\n"
         "        STOP\n",
         "        SCO   3, 0, 1000\n"
@@ -311,7 +311,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType({
     ),
     "W314": Rule(
         "warning", "waiting for the position of a motor without a target",
-        "WAIT POS goes on when the motor is at its target. No command of the program gives this motor one; often "
+        "WAIT POS ends when the motor is at its target. No command of the program gives this motor one; often "
         "the motor number is wrong.",
         "        MVP   ABS, 0, 1000\n"
         "        WAIT  POS, 1, 0\n"

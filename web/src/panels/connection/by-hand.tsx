@@ -156,7 +156,7 @@ export function Recent() {
                         <IconButton
                             icon="close"
                             size={12}
-                            label={`Forget ${url}`}
+                            label={`Remove ${url}`}
                             onClick={() => (recent.value = recent.value.filter(other => other !== url))}
                         />
                         <button {...unless(connecting.value)} onClick={() => connectTo(url)}>

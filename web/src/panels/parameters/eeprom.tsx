@@ -14,7 +14,7 @@ export function EepromView() {
     }, []);
     if (!can.value.bench)
         return (
-            <Empty icon="table" title="Not readable over the wire">
+            <Empty icon="table" title="Not readable over the line">
                 A real module shows its EEPROM only by RSAP and RSGP, value by value.
             </Empty>
         );
@@ -48,7 +48,7 @@ export function EepromView() {
                         Kept in <code>{found.file}</code>.
                     </>
                 ) : (
-                    "Kept in memory only: it is gone when the IDE ends."
+                    "Kept in memory only: it is lost when the IDE ends."
                 )}{" "}
                 {bytes.length} bytes. <button onClick={load}>Read again</button>
             </p>

@@ -20,7 +20,7 @@ export function Cell({ row, motor, value }: { row: Parameter; motor: number; val
     if (value === undefined) return <td class="cell muted">…</td>;
     if (value === null)
         return (
-            <td class="cell muted" title="The module has no such value, or has not answered yet">
+            <td class="cell muted" title="The module has no such value, or has not replied yet">
                 –
             </td>
         );

@@ -39,7 +39,7 @@ export function Assembler() {
                 </p>
             </section>
             <section class="card">
-                <h3>The program in front</h3>
+                <h3>The program on the screen</h3>
                 <div class="row">
                     <button {...unless(noProgram.value)} onClick={() => compare("module")}>
                         Compare with the module

@@ -48,7 +48,7 @@ export function Commands({ lines }: { lines: string[] }) {
 
 export const NoDrivers = () => (
     <Empty icon="info" title="No load measurement">
-        The drivers of a {welcome.value!.model.name} are outside, behind its step and direction outputs: it cannot tell
-        their load.
+        The drivers of a {welcome.value!.model.name} are outside, behind its step and direction outputs: it does not
+        measure their load.
     </Empty>
 );

@@ -67,7 +67,7 @@ function Chips() {
                         onInput={event => (filter.value = event.currentTarget.value)}
                     />
                 </label>
-                <span class="muted note">Looked at beside the bus: reading changes nothing.</span>
+                <span class="muted note">Read without bus traffic: reading has no effect.</span>
             </div>
             <div class="scroll-x" tabIndex={0} role="region" aria-label="Registers">
                 <table class="register-table">

@@ -54,7 +54,7 @@ export function Units() {
                     <button onClick={() => (own.value = null)}>Take the module's divisors</button>
                 ) : (
                     <span class="muted">
-                        {told ? "divisors as in the module" : "the usual divisors: the module has not told its own"}
+                        {told ? "divisors as in the module" : "default divisors: those of the module are unknown"}
                     </span>
                 )}
             </div>
@@ -183,7 +183,7 @@ export function Units() {
                             <dd>{short(rampSeconds(scale, v, a))} s</dd>
                         </div>
                         <div>
-                            <dt>turns until then</dt>
+                            <dt>turns during the ramp</dt>
                             <dd>{short(turns(scale, (rate(scale, v) * rampSeconds(scale, v, a)) / 2))}</dd>
                         </div>
                     </dl>
