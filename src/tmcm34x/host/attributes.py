@@ -14,7 +14,7 @@ class AxisAttributes:
     """Where the motor is; write it only to set a reference point, together with parameter 0.
     -8388608..8388607 [microsteps], parameter 1."""
     target_speed = Writable("target_speed")
-    """The wanted speed in velocity mode; in position mode the chip's: maximum while speeding up or
+    """The target speed in velocity mode; in position mode the chip's: maximum while speeding up or
     cruising, 0 while braking and at rest. -2047..2047 [velocity units], parameter 2."""
     actual_speed = Writable("actual_speed")
     """The speed the motor has now. -2047..2047 [velocity units], parameter 3."""
@@ -123,7 +123,7 @@ class ModuleAttributes:
     cover_datagram = Writable("cover_datagram")
     """The bits to send over the drivers' datagram; writing it sends them once. 0..16777215, parameter 4."""
     reference_switches = Readable("reference_switches")
-    """All switches as the chip sees them: bit 5 left 3, 4 right 3, 3 left 2, 2 right 2, 1 left 1, 0 right
+    """All switches as the chip reads them: bit 5 left 3, 4 right 3, 3 left 2, 2 right 2, 1 left 1, 0 right
     1. 0..63 [bit mask], parameter 5."""
     smgp = Writable("smgp")
     """The chip's global motor parameters: drivers, polarities, clock divider, switch inputs. 0..16777215,
@@ -263,7 +263,7 @@ class ModuleAttributes:
     can_secondary_id = Writable("can_secondary_id")
     """Second CAN identifier that the module listens to; 0 is none. 0..2047, parameter 83."""
     coordinate_storage = Writable("coordinate_storage")
-    """Where coordinates 1 to 20 live. 0..1, parameter 84."""
+    """Where coordinates 1 to 20 are stored. 0..1, parameter 84."""
     keep_user_variables_cleared = Writable("keep_user_variables_cleared")
     """1 leaves the user variables at 0 at power-on. 0..1, parameter 85."""
     application_status = Readable("application_status")
