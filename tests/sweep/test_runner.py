@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 
 import pytest
 
@@ -37,6 +38,16 @@ def test_results_are_those_of_the_runs_alone():
     alone = {number: result_of(work, row) for number, row in enumerate(planned)}
     assert dict(runner.results(work, planned, range(8), 2)) == alone
     assert [result.figures for result in alone.values()] == planned
+
+
+@pytest.mark.parametrize("count", [1, 8])
+def test_behind_the_results_no_thread_is_left(count):
+    work = job()
+    came = runner.results(work, rows(work.sweep), range(8), 2)
+    for _ in range(count):
+        next(came)
+    came.close()
+    assert [thread.name for thread in threading.enumerate() if "ExecutorManager" in type(thread).__name__] == []
 
 
 class DeadlyRow(tuple):

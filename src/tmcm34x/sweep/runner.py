@@ -71,14 +71,20 @@ def _failed(error: Exception) -> Future[list[RowResult]]:
 
 
 def _end(pool: ProcessPoolExecutor) -> None:
-    """Finished processes go; those in the middle of a run are ended."""
+    """End the processes, also in the middle of a run, and the pool's thread.
+
+    The interpreter's end would wake that thread through a pipe that the thread may just be closing.
+    """
     processes: dict[int, Any] = getattr(pool, "_processes", None) or {}
     running = list(processes.values())
+    manager: threading.Thread | None = getattr(pool, "_executor_manager_thread", None)
     pool.shutdown(wait=False, cancel_futures=True)
     for process in running:
         process.terminate()
     for process in running:
         process.join()
+    if manager is not None:
+        manager.join()
 
 
 _jobs: list[Job] = []
