@@ -151,7 +151,7 @@ def test_what_belongs_to_a_closed_window_comes_to_rest(tmp_path):
         async with ide.page() as other:
             await other.call(wire.Turn(1, -700))
             await _turns(page, 1, -700)
-        assert "gone" in (await _ended(page, "turn")).text
+        assert "closed" in (await _ended(page, "turn")).text
         await _turns(page, 1, 0)
 
     _go(tmp_path, scenario)

@@ -370,7 +370,7 @@ def test_a_line_that_is_lost_under_the_ascii_interface_is_told(tmp_path):
         await page.event(wire.Link, lambda event: event.ascii)
         await asyncio.to_thread(bench.stop)
         assert await page.refusal(wire.SendAscii("GAP 4, 0")) == "line"
-        assert "gone" in (await page.event(wire.Link, lambda event: not event.up and not event.ascii)).text
+        assert "lost" in (await page.event(wire.Link, lambda event: not event.up and not event.ascii)).text
 
     _go(tmp_path, scenario)
 
