@@ -30,12 +30,13 @@ IN_0 = { kind = "position", motor = 0, low = 0.0, high = 200.0 }
 
 Positions are those of the load: millimetres of a carriage, degrees of a turntable. The position 0 of the chip is
 where the load stands at the first power-on (`start`); a reference search puts it where the manual says. Counting up
-moves the load to higher positions unless `reverse` is set; the left switch is the one in the direction of counting down.
+moves the load to higher positions unless `reverse` is set; the left switch is the one in the direction of counting
+down.
 
 ## What is modelled
 
-- Switches close at the exact microstep, and stop the motor at the clock at which the motion chip reads them: modules with
-  SPI drivers read their switches through a multiplexer, with the next datagram to the drivers.
+- Switches close at the exact microstep, and stop the motor at the clock at which the motion chip reads them: modules
+  with SPI drivers read their switches through a multiplexer, with the next datagram to the drivers.
 - A hard stop holds the rotor; the chip keeps counting. A motor that needs more torque than it has at that speed
   and current loses its steps, stays behind, and catches on again at a multiple of four full steps when the chip is
   slower than `start_speed`. The difference is the axis's `lost_fullsteps`.

@@ -530,7 +530,9 @@ def test_a_line_that_is_unplugged_in_the_middle_is_status_3(serve, files, words,
     *_, last = result.output.splitlines()
     assert result.exit_code == 3
     done = next((text for name, text in UNFINISHED.items() if words.startswith(name)), "")
-    assert re.search(rf" (was disconnected|was lost) \(.+\); is (it plugged in|the other side still running)\?{done}$", last)
+    assert re.search(
+        rf" was (disconnected|lost) \(.+\); is (it plugged in|the other side still running)\?{done}$", last
+    )
     assert not Path(files["FILE"]).exists()
 
 

@@ -47,7 +47,9 @@ def test_behind_the_results_no_thread_is_left(count):
     for _ in range(count):
         next(came)
     came.close()
-    assert [thread.name for thread in threading.enumerate() if "ExecutorManager" in type(thread).__name__] == []
+    assert [
+        thread.name for thread in threading.enumerate() if "ExecutorManager" in type(thread).__name__
+    ] == []
 
 
 class DeadlyRow(tuple):

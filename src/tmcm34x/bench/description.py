@@ -127,7 +127,9 @@ class Encoder(Struct, frozen=True):
     """An incremental encoder on a motor's shaft, read by a TMCM-323."""
 
     lines: Annotated[Count, text("lines of the disc, four counts each")]
-    slip: Annotated[float, Meta(ge=-1, le=1), text("part of the rotation that the disc does not follow")] = 0.0
+    slip: Annotated[float, Meta(ge=-1, le=1), text("part of the rotation that the disc does not follow")] = (
+        0.0
+    )
     null: Annotated[Literal["high", "low", "none"], text("level of the null channel at its mark")] = "high"
 
 

@@ -64,9 +64,7 @@ Examples:
     metavar="[HOST:]PORT",
     help="A socket for the host, on loopback by default.",
 )
-@click.option(
-    "--slcan", is_flag=True, help="The module's side is an SLCAN adapter; record frames."
-)
+@click.option("--slcan", is_flag=True, help="The module's side is an SLCAN adapter; record frames.")
 @click.option("--anonymous", is_flag=True, help="Leave out texts, and name lines by number.")
 def command(out: Path, target: str, **options: Any) -> int:
     """Pass telegrams between hosts and a module, and record them in OUT.
@@ -134,7 +132,9 @@ async def _open_bus(tape: Tape, target: str, options: dict[str, Any]) -> Callabl
     except UrlError as error:
         raise CliError(str(error)) from None
     if url.can.reply is None:
-        raise CliError(f"{target}: the identifier of replies distinguishes them from requests; reply=any does not")
+        raise CliError(
+            f"{target}: the identifier of replies distinguishes them from requests; reply=any does not"
+        )
     interface, _, channel = url.target.partition(":")
     link = CanBusLink(interface, channel, url.can.bitrate)
     click.echo(f"ready {link.kind} {await link.open(BusTap(tape, url.can.reply).connect)}")

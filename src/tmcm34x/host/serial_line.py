@@ -79,7 +79,9 @@ class SerialLine(RealTime):
             return LostLinkError(
                 f"{self.name}: another program reads from this port; close it and begin again"
             )
-        return LostLinkError(f"{self.name}: the port was disconnected ({port_reason(error)}); is it plugged in?")
+        return LostLinkError(
+            f"{self.name}: the port was disconnected ({port_reason(error)}); is it plugged in?"
+        )
 
 
 class DescriptorLine(SerialLine):

@@ -83,7 +83,9 @@ class SocketLine(RealTime):
         return data
 
     def _lost(self, why: str) -> LostLinkError:
-        return LostLinkError(f"{self.name}: the connection was lost ({why}); is the other side still running?")
+        return LostLinkError(
+            f"{self.name}: the connection was lost ({why}); is the other side still running?"
+        )
 
 
 def open_line(url: Url) -> SocketLine:
