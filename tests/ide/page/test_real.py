@@ -53,7 +53,7 @@ def test_a_pulled_plug_is_told_and_mended_and_the_text_stays(serve: Any, open_id
     line(page, "GAP 4, 0")
     expect(page.locator(".answers .value").first).to_have_text("1000")
     served.stop()
-    expect(page.locator(".banner")).to_contain_text("gone")
+    expect(page.locator(".banner")).to_contain_text("was lost")
     line(page, "GAP 4, 1")
     expect(page.locator(".answers .bad")).to_have_count(1)
     page.locator(".cm-content").press("Control+Home")

@@ -215,7 +215,7 @@ def test_paste_undo_and_a_line_that_comes_back_send_nothing(serve: Any, open_ide
     page.keyboard.insert_text("ROR 0, 500\n")
     expect(command).to_have_value(re.compile("ROR 0, 500"))
     served.stop()
-    expect(page.locator(".banner")).to_contain_text("gone")
+    expect(page.locator(".banner")).to_contain_text("was lost")
     again = serve("--tcp", served.tcp)
     expect(page.locator(".banner")).to_have_count(0)
     expect(page.get_by_role("switch", name="ARMED")).to_have_attribute("aria-checked", "false")

@@ -129,7 +129,11 @@ onServerEvent(event => {
     const action = path
         ? { title: "Open it", run: () => void openFile(path) }
         : { title: "Upload it", run: () => void upload() };
-    const text = path ? `It is ${path}.` : event.listing ? "No file in this folder matches it." : "The previous one is no longer there.";
+    const text = path
+        ? `It is ${path}.`
+        : event.listing
+          ? "No file in this folder matches it."
+          : "The previous one is no longer there.";
     notify("information", `Another host has changed the program in the module. ${text}`, action, "other-host");
 });
 

@@ -292,8 +292,8 @@ export function Banner() {
     if (state === "refused")
         return (
             <div class="banner bad" role="alert">
-                <Icon name="alert" /> The IDE's server was restarted and this window is no longer valid. Open the address
-                that it printed; your texts are kept in this browser.
+                <Icon name="alert" /> The IDE's server was restarted and this window is no longer valid. Open the
+                address that it printed; your texts are kept in this browser.
             </div>
         );
     if (state === "lost" || (state === "connecting" && welcome.value))
