@@ -67,6 +67,23 @@ def test_a_pulled_plug_is_told_and_mended_and_the_text_stays(serve: Any, open_id
     expect(field).to_have_value("777")
 
 
+def test_an_upload_does_not_take_the_caret_from_a_field(serve: Any, open_ide: OpenIde):
+    served = serve("--tcp", "127.0.0.1:0", "--pace")
+    page, _ = open_ide("--port", f"tcp://{served.tcp}")
+    arm(page)
+    page.keyboard.press("F6")
+    expect(page.locator(".notice").first).to_contain_text("instructions are in the module")
+    page.get_by_role("button", name="Upload and disassemble").click()
+    field = page.get_by_role("textbox", name="Destination of motor 2")
+    field.fill("15")
+    source = page.locator(".code:not([hidden]) .cm-content")
+    expect(source).to_contain_text("Sub4:")
+    # Longer than an editor waits that was hidden.
+    page.evaluate("() => new Promise(done => setTimeout(done, 200))")
+    page.keyboard.type("00")
+    expect(field).to_have_value("1500")
+
+
 def test_a_module_s_settings_program_and_motion_are_reached_over_tcp(serve: Any, open_ide: OpenIde):
     page, _ = open_ide("--port", f"tcp://{serve('--model', '341', '--tcp', '127.0.0.1:0').tcp}")
     expect(page.locator("header").first).to_contain_text("TMCM-341")

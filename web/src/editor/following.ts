@@ -104,7 +104,7 @@ export function follow(document: TextDocument, view: EditorView): (() => void)[]
             const at = Math.min(line.from + wish.column - 1, line.to);
             const show = () => {
                 view.dispatch({ selection: { anchor: at }, effects: EditorView.scrollIntoView(at, { y: "center" }) });
-                view.focus();
+                if (wish.caret()) view.focus();
             };
             // Coming from a page that is no file, the editor is hidden until that page has gone.
             if (view.dom.offsetParent) queueMicrotask(show);

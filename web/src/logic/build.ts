@@ -6,7 +6,18 @@ import { ask, connection, forget, loaded, notify, onServerEvent, online } from "
 import { choose } from "./confirm";
 import { RefusedError } from "./connection";
 import { options } from "./options";
-import { active, documents, isProgram, newFile, openFile, problems, saveAll, screenTexts, target } from "./documents";
+import {
+    active,
+    caretIsFree,
+    documents,
+    isProgram,
+    newFile,
+    openFile,
+    problems,
+    saveAll,
+    screenTexts,
+    target,
+} from "./documents";
 
 /** Last result of the assembler by path. */
 export const assembled = signal<ReadonlyMap<string, Assembled>>(new Map());
@@ -103,11 +114,12 @@ export async function run(): Promise<void> {
 
 export async function upload(): Promise<void> {
     busy.value = "Reading the module";
+    const caret = caretIsFree();
     const text = await ask({ call: "upload" });
     busy.value = "";
     if (text === null) return;
     if (text.trim()) {
-        const { path } = await newFile(text, "uploaded");
+        const { path } = await newFile(text, "uploaded", caret);
         await adopt(path);
     } else notify("information", "The module's program memory is empty.");
 }

@@ -84,7 +84,17 @@ export const tabs = remembered<Tab[]>("tabs", []);
 export const active = remembered<string>("active", "");
 export const mainFile = remembered<string>("main", "");
 /** Where the editor is to go: set by problem lists and the debugger, taken by the editor. */
-export const goal = signal<{ path: string; line: number; column: number } | null>(null);
+export const goal = signal<{ path: string; line: number; column: number; caret: () => boolean } | null>(null);
+
+/** Whether what opens later may take the caret: not once a person has gone to another field, as while a module is read. */
+export function caretIsFree(): () => boolean {
+    const before = globalThis.document.activeElement;
+    return () => {
+        const now = globalThis.document.activeElement;
+        return now === before || !now?.matches("input, select, textarea");
+    };
+}
+
 /** Diagnostics by path. */
 export const problems = signal<ReadonlyMap<string, Problem[]>>(new Map());
 export const problemCount = computed(() => {
@@ -135,14 +145,15 @@ async function add(path: string, inFront: boolean): Promise<TextDocument | null>
 }
 
 export async function openFile(path: string, line = 0, column = 1): Promise<TextDocument | null> {
+    const caret = caretIsFree();
     const document = await add(path, true);
     if (!document) return null;
-    if (line) goal.value = { path, line, column };
+    if (line) goal.value = { path, line, column, caret };
     return document;
 }
 
 /** A new page with a text that is nowhere on disk yet. */
-export async function newFile(text = "", wish = "program"): Promise<TextDocument> {
+export async function newFile(text = "", wish = "program", caret = caretIsFree()): Promise<TextDocument> {
     await restored;
     let path = `${wish}.tmc`;
     const taken = (name: string) =>
@@ -154,7 +165,7 @@ export async function newFile(text = "", wish = "program"): Promise<TextDocument
     batch(() => {
         tabs.value = [...tabs.value, { kind: "file", path }];
         active.value = path;
-        goal.value = { path, line: 1, column: 1 };
+        goal.value = { path, line: 1, column: 1, caret };
     });
     return document;
 }
