@@ -67,7 +67,7 @@ export async function whoWrote(expression: string): Promise<void> {
 refusals.past = async () => {
     const answer = await choose(
         "A past moment is shown",
-        "Nothing can be changed there. Go on from this moment in a new branch, with time held, or return to the present first?",
+        "Nothing can be changed there. Continue from this moment in a new branch, with time held, or return to the present first?",
         [
             { id: "live", title: "Return to the present" },
             { id: "branch", title: "Continue from here", tone: "primary" },

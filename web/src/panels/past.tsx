@@ -26,7 +26,7 @@ export function PastStrip() {
                 onClick={() => void goOn(false)}
             >
                 <span>
-                    Go on<span class="more"> from here</span>
+                    Continue<span class="more"> from here</span>
                 </span>
             </button>
             <button class="primary" title="Alt+F2" aria-label="Back to the present" onClick={() => void leave()}>
