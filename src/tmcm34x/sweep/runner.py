@@ -81,10 +81,8 @@ def _end(pool: ProcessPoolExecutor) -> None:
     pool.shutdown(wait=False, cancel_futures=True)
     for process in running:
         process.terminate()
-    for process in running:
-        process.join()
     if manager is not None:
-        manager.join()
+        manager.join()  # it waits for the processes
 
 
 _jobs: list[Job] = []
