@@ -519,7 +519,13 @@ def files(tmp_path_factory):
     return names | {"PROGRAM": str(folder / "program.tmc")}
 
 
-@pytest.mark.parametrize("link", ["tcp", "serial"])
+LOST = {
+    "tcp": ("the connection was lost", "is the other side still running"),
+    "serial": ("the port was disconnected", "is it plugged in"),
+}
+
+
+@pytest.mark.parametrize("link", LOST)
 @pytest.mark.parametrize("words", OPERATIONS)
 def test_a_line_that_is_unplugged_in_the_middle_is_status_3(serve, files, words, link):
     option = ("--tcp", 0) if link == "tcp" else ("--pty",)
@@ -530,9 +536,8 @@ def test_a_line_that_is_unplugged_in_the_middle_is_status_3(serve, files, words,
     *_, last = result.output.splitlines()
     assert result.exit_code == 3
     done = next((text for name, text in UNFINISHED.items() if words.startswith(name)), "")
-    assert re.search(
-        rf" was (disconnected|lost) \(.+\); is (it plugged in|the other side still running)\?{done}$", last
-    )
+    lost, check = LOST[link]
+    assert re.search(rf": {lost} \(.+\); {check}\?{done}$", last)
     assert not Path(files["FILE"]).exists()
 
 

@@ -6,10 +6,13 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
 from playwright.sync_api import FloatRect, Locator, Page, TimeoutError, expect  # noqa: A004
 
 from ide.front_end import built
+
+T = TypeVar("T")
 
 COMMAND = str(Path(sys.executable).with_name("tmcm34x"))
 
@@ -66,11 +69,11 @@ def figure(page: Page, motor: int, name: str) -> int:
     return int(shown.json_value().replace("\u2009", "").replace("\u2212", "-"))
 
 
-def until(page: Page, holds: Callable[[], bool], tries: int = 1200) -> None:
-    """Wait for something that no locator can see."""
+def until(page: Page, holds: Callable[[], T | None], tries: int = 1200) -> T:
+    """Wait for something that no locator can see, and return it."""
     for _ in range(tries):
-        if holds():
-            return
+        if seen := holds():
+            return seen
         page.wait_for_timeout(25)
     raise AssertionError(f"it never came; the page says {page.locator('.lane, .notice').all_inner_texts()}")
 
@@ -78,12 +81,7 @@ def until(page: Page, holds: Callable[[], bool], tries: int = 1200) -> None:
 def box_of(place: Locator) -> FloatRect:
     """Where an element is on the page, once it is there: pictures are replaced by new ones as their contents change."""
     place.wait_for()
-    for _ in range(1200):
-        box = place.bounding_box()
-        if box is not None:
-            return box
-        place.page.wait_for_timeout(25)
-    raise AssertionError(f"{place} is nowhere on the page")
+    return until(place.page, place.bounding_box)
 
 
 def rest_on(place: Locator, sign: Locator) -> None:
